@@ -71,6 +71,8 @@ struct vw_ledger_image {
     const char *name, *split, *provider;
     const char *sha256;       // 64 hex digits
     const char *ground_truth; // the label of the injected corruption ("blur", "clean", ...); NULL: unknown
+    double weight;            // the share in means over validation photos: the number by its name in "weights" of
+                              // scene_options_json, or 1; vw_ledger_create ignores it
 };
 
 struct vw_ledger_score {

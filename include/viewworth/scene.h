@@ -50,6 +50,7 @@ struct vw_view {
     char *provider;     // owned; "" when unknown
     char *ground_truth; // owned; label of the injected corruption ("noise", "blur", ...) or "clean"; NULL: unknown
     enum vw_split split;
+    double weight; // the share in means over validation photos; 1 unless val_weights or splits say otherwise
     struct vw_camera camera;
     double camera_to_world[3][4]; // rotation and position (world units); OpenGL camera axes: x right, y up, view along
                                   // -z
@@ -99,8 +100,8 @@ struct vw_scene {
     uint32_t note_count;
     const char *missing; // borrowed from the notes: what was left out because its image file is missing; NULL: nothing
     struct vw_photo_source *source; // owned; private: the photos' files and the place of their pixels; NULL: a recipe
-    // Hash of everything above that training depends on: names, splits, image hashes, masks, cameras, poses, near and
-    // far, box, background, points and the views that see them, downscale; not of the path.
+    // Hash of everything above that training depends on: names, splits, weights, image hashes, masks, cameras, poses,
+    // near and far, box, background, points and the views that see them, downscale; not of the path.
     uint8_t hash[VW_HASH_BYTES];
 };
 
@@ -114,12 +115,13 @@ struct vw_scene_params {
     const char *format; // "recipe", "transforms", "phototourism" or "colmap"; NULL: the first of these that fits
     const char *pool;   // "all": every registered photo, as in the paper; "list": those in a NeRF-W TSV; NULL: "all"
     const char *train_list, *val_list, *test_list; // files with one name per line; NULL: the scene decides
-    const char *splits;    // splits.json of an earlier run, without the lists above; NULL: the scene decides
-    const char *providers; // CSV file with the header name,provider; NULL: none
-    uint32_t downscale;    // factor by which width and height are divided; 0: 1
-    uint32_t corrupt;      // number of train photos to corrupt (see below); 0: none
-    bool headers_only;     // read image headers, but no pixels and no file hashes; `hash` stays zero
-    struct vw_gpu *gpu;    // ray-traces recipes; may be NULL for other formats
+    const char *splits;      // splits.json of an earlier run, without the lists above; NULL: the scene decides
+    const char *val_weights; // CSV file with the header name,weight; NULL: the weights of `splits`, or 1
+    const char *providers;   // CSV file with the header name,provider; NULL: none
+    uint32_t downscale;      // factor by which width and height are divided; 0: 1
+    uint32_t corrupt;        // number of train photos to corrupt (see below); 0: none
+    bool headers_only;       // read image headers, but no pixels and no file hashes; `hash` stays zero
+    struct vw_gpu *gpu;      // ray-traces recipes; may be NULL for other formats
 };
 
 // Opens a scene; the caller closes it.

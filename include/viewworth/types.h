@@ -57,7 +57,7 @@ struct vw_step_record {
     bool nonfinite;    // the step was skipped or a validation value is not finite: values are NaN, NULL in the ledger
     uint64_t clamped_count;            // gradient contributions that were clamped to the fixed-point range
     uint32_t floored_views;            // validation views whose MSE is below the floor of 1e-10; they count as 100 dB
-    double val_psnr;                   // dB, mean over validation views of the PSNR per view
+    double val_psnr;                   // dB, weighted mean over validation views of their PSNR
     double val_psnr_pooled;            // dB, from the MSE over all validation pixels; NaN for imported steps
     double val_l1;                     // mean absolute error over all validation pixels and channels
     const struct vw_view_error *views; // one per validation view, in scene order; borrowed, valid during the call

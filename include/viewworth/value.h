@@ -3,10 +3,10 @@
 // Source: Cheimariotis et al., "Image valuation in NeRF-based 3D reconstruction", CAIP 2025, the step form.
 //
 // The delta d of a step is the validation measure after the step minus the measure before it; it is credited to the
-// photo that the step trained on. _psnr methods measure the mean over validation views of the PSNR, _loss methods the
-// mean absolute error. Every delta is oriented so that positive = better. A score combines the deltas of a photo over
-// the E epochs e = 1 ... E after burn-in. A step that is flagged as non-finite has no delta, and the next delta starts
-// from the last finite value. The methods:
+// photo that the step trained on. _psnr methods measure the weighted mean over validation views of the PSNR, _loss
+// methods the mean absolute error. Every delta is oriented so that positive = better. A score combines the deltas of a
+// photo over the E epochs e = 1 ... E after burn-in. A step that is flagged as non-finite has no delta, and the next
+// delta starts from the last finite value. The methods:
 //
 //   dv_psnr, dv_loss
 //       sum of d: the photo's credit, what the steps on it moved. A negative credit does not say that training is

@@ -164,6 +164,10 @@ const struct vw_option vw_option_table[] = {
      "The splits.json of an earlier run, instead of --train, --val and --test: every photo stays in its split. Photos "
      "that it does not name train; near-duplicates of validation and test photos join those",
      VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, splits), COMMON},
+    {"val-weights", "FILE",
+     "Weight of each validation photo in validation PSNR and L1, and so in the scores: a CSV file (header: "
+     "name,weight). Photos that it does not name have weight 1",
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, val_weights), COMMON, DEFAULT("those of --splits, or 1")},
     {"downscale", "N", "Factor by which width and height of the photos are divided", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
      OPTION(COUNT, downscale), RANGE(1, 64), COMMON},
 

@@ -46,7 +46,7 @@ struct vw_options {
     const char *memory; // for pixels, with its unit
     const char *format;
     const char *pool;
-    const char *train_list, *val_list, *test_list, *splits;
+    const char *train_list, *val_list, *test_list, *splits, *val_weights;
     const char *providers;
     uint32_t downscale;
     uint32_t corrupt;

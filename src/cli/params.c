@@ -22,6 +22,7 @@ struct vw_scene_params vw_params_of_scene(const struct vw_options *options) {
         .val_list = options->val_list,
         .test_list = options->test_list,
         .splits = options->splits,
+        .val_weights = options->val_weights,
         .providers = options->providers,
         .downscale = options->downscale,
         .corrupt = options->corrupt,

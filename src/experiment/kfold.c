@@ -18,6 +18,7 @@
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 #include "run/scoring.h"
+#include "scene/val_weights.h"
 #include "value/evaluation/score_tables.h"
 #include "value/matrix.h"
 #include "viewworth/value.h"
@@ -397,9 +398,17 @@ static enum vw_status check(const struct vw_kfold_params *params) {
     return status ? status : vw_run_group_check_out(params->common.out);
 }
 
+static enum vw_status check_weights(const struct work *work) {
+    if (!work->params->common.scene.val_weights && !vw_scene_has_weights(work->kfold->session.scene)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE,
+                   "--kfold: every photo validates in turn, all with weight 1; leave out --val-weights and the weights "
+                   "in the file of --splits");
+}
+
 static enum vw_status make(struct work *work) {
     const struct vw_experiment_params *params = &work->params->common;
     enum vw_status status = vw_experiment_open_session(params, &work->kfold->session);
+    if (!status) status = check_weights(work);
     if (!status)
         status = vw_kfold_divide(work->kfold->session.scene, params->config->seed, work->params->folds, &work->fold_of);
     if (!status) status = plan(work);

@@ -173,21 +173,23 @@ static enum vw_status list_measured_views(const struct vw_scene *scene, const st
     return VW_OK;
 }
 
-// Averages over the measured views of a split.
+// Averages over the measured views of a split, by their weights.
 static void average_split(const struct vw_scene *scene, enum vw_split split, const struct measured_views *measured,
                           double *psnr_db, double *ssim, double *l1) {
-    uint32_t of_split = scene->split_count[split], with_ssim = 0;
-    double ssim_sum = 0;
-    *psnr_db = *l1 = of_split ? 0 : NAN;
+    double of_split = 0, ssim_sum = 0, with_ssim = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == split) of_split += scene->views[v].weight;
+    *psnr_db = *l1 = of_split > 0 ? 0 : NAN;
     for (uint32_t i = 0; i < measured->count; i++) {
-        if (scene->views[measured->views[i]].split != split) continue;
-        *psnr_db += vw_psnr_db(measured->errors[i].mse) / of_split;
-        *l1 += measured->errors[i].l1 / of_split;
+        const struct vw_view *view = &scene->views[measured->views[i]];
+        if (view->split != split) continue;
+        *psnr_db += view->weight * vw_psnr_db(measured->errors[i].mse) / of_split;
+        *l1 += view->weight * measured->errors[i].l1 / of_split;
         if (isnan(measured->ssims[i])) continue;
-        ssim_sum += measured->ssims[i];
-        with_ssim++;
+        ssim_sum += view->weight * measured->ssims[i];
+        with_ssim += view->weight;
     }
-    *ssim = with_ssim ? ssim_sum / with_ssim : NAN;
+    *ssim = with_ssim > 0 ? ssim_sum / with_ssim : NAN;
 }
 
 static enum vw_status measure_shares(struct vw_trainer *trainer, const struct vw_scene *scene,

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/retrain.h"
+#include "ledger/find_image.h"
 #include "run/out_lock.h"
 #include "run/outputs/checksums.h"
 #include "run/scoring.h"
@@ -54,6 +55,10 @@ static enum vw_status prepare(struct work *work) {
     if (!status)
         status = vw_halves_split(run->images, run->image_count, work->config.seed, work->halves, result->half_sizes);
     if (status) return status;
+    if (vw_images_have_weights(run->images, run->image_count))
+        return vw_fail(VW_ERROR_USAGE,
+                       "the run has --val-weights, but --verify judges by all validation photos alike; select without "
+                       "--verify, or value the scene without weights");
     if (result->half_sizes[VW_HALF_B] == 0)
         return vw_fail(VW_ERROR_INPUT,
                        "the run has %u validation photo%s, but --verify needs at least 2: one half selects, the other "

@@ -1,5 +1,7 @@
 #include "ledger/find_image.h"
 
+#include <string.h>
+
 #include "viewworth/status.h"
 
 const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count,
@@ -12,6 +14,12 @@ const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image 
         else end = middle;
     }
     return NULL;
+}
+
+bool vw_images_have_weights(const struct vw_ledger_image *images, uint32_t image_count) {
+    for (uint32_t i = 0; i < image_count; i++)
+        if (strcmp(images[i].split, "val") == 0 && images[i].weight != 1) return true;
+    return false;
 }
 
 enum vw_status vw_ledger_require_image(const struct vw_ledger_image *images, uint32_t image_count, uint32_t image_id,

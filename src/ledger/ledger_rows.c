@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "ledger/find_image.h"
@@ -133,6 +134,23 @@ enum vw_status vw_ledger_read_table(struct vw_ledger *ledger, const struct vw_ta
     return VW_OK;
 }
 
+// Reads the weights of validation photos from run.scene_options_json; one that has none weighs 1.
+static enum vw_status read_weights(struct vw_ledger *ledger, struct vw_ledger_image *images, uint64_t count) {
+    const char *json = ledger->run.scene_options_json;
+    json_t *options = vw_json_load(json, strlen(json), 0, NULL), *weights = json_object_get(options, "weights");
+    size_t read = 0;
+    bool valid = true;
+    for (uint64_t i = 0; i < count; i++) {
+        const json_t *weight = strcmp(images[i].split, "val") == 0 ? json_object_get(weights, images[i].name) : NULL;
+        images[i].weight = weight ? json_number_value(weight) : 1;
+        valid &= !weight || (json_is_number(weight) && images[i].weight >= 0);
+        read += weight != NULL;
+    }
+    valid &= !weights || (json_is_object(weights) && json_object_size(weights) == read);
+    json_decref(options);
+    return valid ? VW_OK : vw_ledger_fail_column(ledger, "scene_options_json");
+}
+
 // Checks that the ids ascend, because images are found by binary search.
 static enum vw_status check_image(struct vw_ledger *ledger, uint64_t index, void *row) {
     const struct vw_ledger_image *image = row;
@@ -156,7 +174,11 @@ enum vw_status vw_ledger_load_images(struct vw_ledger *ledger) {
     uint64_t count = 0;
     if (ledger->images) return VW_OK;
     enum vw_status status = vw_ledger_read_table(ledger, &vw_image_table, NULL, check_image, &loaded, &count);
-    if (status) return status;
+    if (!status) status = read_weights(ledger, loaded, count);
+    if (status) {
+        free(loaded);
+        return status;
+    }
     ledger->images = loaded;
     ledger->image_count = (uint32_t)count;
     return VW_OK;

@@ -6,11 +6,13 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "ledger/find_image.h"
 #include "ledger/ledger_private.h"
 
 // Recomputed hashes. Each is compared with the stored one before it is used.
 struct verification {
     struct vw_database *database;
+    const struct vw_ledger *ledger; // its images are loaded
     char run_hash[VW_HASH_HEX_BYTES];
     char head[VW_HASH_HEX_BYTES];
 };
@@ -119,8 +121,8 @@ static enum vw_status fail_orphan(const struct verification *verification, const
 // The values that the view rows of a step allow it.
 struct view_sums {
     uint32_t count;
-    double psnr_db;       // summed
-    double mse[2], l1[2]; // least and largest
+    double psnr_db, weight; // summed
+    double mse[2], l1[2];   // least and largest, of the views that count
 };
 
 static void widen(double range[2], double value, bool first) {
@@ -128,13 +130,17 @@ static void widen(double range[2], double value, bool first) {
     if (first || !(value <= range[1])) range[1] = value;
 }
 
-static void add_view(sqlite3_stmt *view, struct view_sums *sums) {
-    enum { MSE = 3, L1 };
-    double mse = vw_row_read_real(view, MSE);
-    sums->psnr_db += vw_psnr_db(mse);
-    widen(sums->mse, mse, !sums->count);
-    widen(sums->l1, vw_row_read_real(view, L1), !sums->count);
+static void add_view(const struct vw_ledger *ledger, sqlite3_stmt *view, struct view_sums *sums) {
+    enum { IMAGE_ID = 2, MSE, L1 };
+    int64_t id = sqlite3_column_int64(view, IMAGE_ID);
+    const struct vw_ledger_image *image = vw_ledger_find_image(ledger->images, ledger->image_count, (uint32_t)id);
+    double mse = vw_row_read_real(view, MSE), weight = image ? image->weight : 1;
     sums->count++;
+    if (!(weight > 0)) return;
+    widen(sums->mse, mse, !(sums->weight > 0));
+    widen(sums->l1, vw_row_read_real(view, L1), !(sums->weight > 0));
+    sums->psnr_db += weight * vw_psnr_db(mse);
+    sums->weight += weight;
 }
 
 static bool lies_within(double value, double least, double largest) {
@@ -143,14 +149,14 @@ static bool lies_within(double value, double least, double largest) {
     return value >= least - rounding && value <= largest + rounding;
 }
 
-// Tells whether the values of a step are what its view rows say: their mean PSNR; and a pooled PSNR and a mean L1 that
-// lie between those of the views, since the ledger does not have the pixels of a view, by which these two are weighted.
-// Only the steps of an imported log have neither view rows nor a pooled PSNR.
+// Tells whether the values of a step are what its view rows say: their weighted mean PSNR; and a pooled PSNR and a mean
+// L1 that lie between those of the views, since the ledger does not have the pixels of a view, by which these two are
+// weighted. Only the steps of an imported log have neither view rows nor a pooled PSNR.
 static bool is_of_views(sqlite3_stmt *step, const struct view_sums *sums) {
     enum { PSNR = 5, POOLED, L1 };
     double psnr = vw_row_read_real(step, PSNR), pooled = vw_row_read_real(step, POOLED);
     if (isnan(psnr) || (!sums->count && isnan(pooled))) return true;
-    double mean = sums->psnr_db / sums->count;
+    double mean = sums->psnr_db / sums->weight;
     return lies_within(psnr, mean, mean) && lies_within(pooled, vw_psnr_db(sums->mse[1]), vw_psnr_db(sums->mse[0])) &&
            lies_within(vw_row_read_real(step, L1), sums->l1[0], sums->l1[1]);
 }
@@ -164,7 +170,7 @@ static enum vw_status hash_views(struct verification *verification, struct view_
         if (its_step < step) return fail_orphan(verification, views);
         if (its_step > step) return VW_OK;
         vw_row_hash(views->statement, vw_view_table.column_count, hasher);
-        add_view(views->statement, sums);
+        add_view(verification->ledger, views->statement, sums);
         status = vw_database_next(verification->database, views->statement, &views->found);
     }
     return status;
@@ -219,10 +225,11 @@ static enum vw_status verify_steps(struct verification *verification) {
 }
 
 enum vw_status vw_ledger_verify(struct vw_ledger *ledger) {
-    struct verification verification = {.database = &ledger->database};
+    struct verification verification = {.database = &ledger->database, .ledger = ledger};
     enum vw_status status = vw_database_begin_reading(verification.database);
     if (status) return status;
-    status = verify_belonging(verification.database);
+    status = vw_ledger_load_images(ledger);
+    if (!status) status = verify_belonging(verification.database);
     if (!status) status = verify_run(&verification);
     if (!status) status = verify_steps(&verification);
     if (!status) status = vw_ledger_verify_lasting(verification.database, verification.head);

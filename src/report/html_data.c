@@ -97,9 +97,11 @@ static json_t *rank_to_json(uint32_t rank) { return rank ? json_integer(rank) : 
 
 static int put_images(const struct vw_report_run *run, json_t *object) {
     json_t *columns = json_object();
+    bool weighted = vw_images_have_weights(run->images, run->image_count);
     int failed = 0;
     for (uint32_t i = 0; i < run->image_count; i++) {
         const struct vw_ledger_image *image = &run->images[i];
+        if (weighted) failed |= add(columns, "weight", vw_json_real(image->weight));
         failed |= add(columns, "name", vw_json_string(image->name));
         failed |= add(columns, "split", vw_json_string(image->split));
         failed |= add(columns, "provider", vw_json_string(image->provider ? image->provider : ""));

@@ -91,7 +91,10 @@ function fillTitle() {
   byId('version').textContent = data.version;
   if (!runs.length) return;
   const counts = ['train', 'val', 'test'].map(split => run().images.split.filter(one => one === split).length);
-  byId('subtitle').textContent = counts[0] + ' photos to train on, ' + counts[1] + ' to validate, ' + counts[2] + ' kept for tests · ' +
+  const {images, scene_options} = run(), weights = images.weight ?
+    ' (weighted by ' + nameOfScene((scene_options || {})['val-weights'] || 'splits.json') + ')' : '';
+  byId('subtitle').textContent = counts[0] + ' photos to train on, ' + counts[1] + ' to validate' + weights + ', ' + counts[2] +
+    ' kept for tests · ' +
     (runs.length > 1 ? plural(runs.length, 'run') + ' · ' : '') + run().run.device + ' · ' + moment(run().run.finished_utc);
 }
 
@@ -156,10 +159,12 @@ function toldSplits() {
   return runs.flatMap(one => {
     const first = runs.find(other => other.run.scene === one.run.scene && !isFold(other));
     if (!first || first === one || isFold(one)) return [];
-    const splits = new Map(first.images.name.map((name, i) => [name, first.images.split[i]]));
-    const differs = one.images.name.some((name, i) => splits.has(name) && splits.get(name) !== one.images.split[i] &&
-      (judges(one.images.split[i]) || judges(splits.get(name))));
-    return differs ? [one.label + ' validates or tests on other photos than ' + first.label +
+    const weightOf = (of, i) => of.images.weight ? of.images.weight[i] : 1, places = new Map(first.images.name.map((name, i) => [name, i]));
+    const differs = one.images.name.some((name, i) => {
+      const place = places.get(name), splits = [one.images.split[i], first.images.split[place]];
+      return place !== undefined && splits.some(judges) && (splits[0] !== splits[1] || weightOf(one, i) !== weightOf(first, place));
+    });
+    return differs ? [one.label + ' validates or tests on other photos or weights than ' + first.label +
       ': their PSNR and scores cannot be compared. Value it again with --splits ' + first.label + '/splits.json.'] : [];
   });
 }

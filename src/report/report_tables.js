@@ -128,11 +128,12 @@ let matrixTables = [];
 
 function matrixColumns(one, rows, unit) {
   const {matrix, images} = one, values = matrix[chosen.measure], largest = fullColour(values), decimals = decimalsFor([largest]);
+  const meanOf = row => weightedMean(values[row], matrix.view.map(view => images.weight ? images.weight[view] : 1));
   return [
     {title: 'Photo', key: row => images.name[matrix.photo[row]], class: 'photo-name',
       cell: row => photoCell(one, matrix.photo[row])},
-    {title: 'Mean', key: row => mean(values[row].filter(known)), descending: true, number: true, hint: 'over the validation photos',
-      cell: row => signed(mean(values[row].filter(known)), decimals)},
+    {title: 'Mean', key: meanOf, descending: true, number: true, hint: 'over the validation photos',
+      cell: row => signed(meanOf(row), decimals)},
     ...matrix.view.map((view, place) => ({title: images.name[view], key: row => values[row][place], descending: true, class: 'view',
       hint: 'validation photo ' + images.name[view] + ', ends at ' + fixed(matrix.end_psnr[place], 2) + ' dB; sort by it',
       cell: row => heatCell(values[row][place], largest, signed(values[row][place], decimals), images.name[matrix.photo[row]] + ' for ' +
@@ -165,6 +166,8 @@ function viewsTable(one) {
     .filter(Boolean);
   const table = new SortedTable(byId('views-table'), [
     {title: 'Validation photo', key: i => images.name[matrix.view[i]], class: 'long', cell: i => photoCell(one, matrix.view[i])},
+    ...(images.weight ? [{title: 'Weight', key: i => images.weight[matrix.view[i]], cell: i => short(images.weight[matrix.view[i]]),
+      number: true, hint: 'in validation PSNR and L1, and so in the scores'}] : []),
     {title: 'PSNR at the end, dB', key: i => matrix.end_psnr[i], cell: i => fixed(matrix.end_psnr[i], 2), number: true},
     {title: 'Agreement', key: i => matrix.agreement[i], cell: i => fixed(matrix.agreement[i], 2), number: true,
       hint: 'Spearman’s correlation of its column with the mean of the others'},

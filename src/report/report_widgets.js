@@ -67,6 +67,12 @@ function plural(count, noun) { return grouped(count) + ' ' + noun + (count === 1
 
 function mean(values) { return values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : NaN; }
 
+// Averages the known values.
+function weightedMean(values, weights) {
+  const places = values.map((_, i) => i).filter(i => known(values[i])), sum = of => places.reduce((total, i) => total + of(i), 0);
+  return places.length ? sum(i => weights[i] * values[i]) / sum(i => weights[i]) : NaN;
+}
+
 // Computes Pearson's correlation of the pairs of which both are known.
 function pearson(a, b) {
   const places = a.map((_, i) => i).filter(i => known(a[i]) && known(b[i]));

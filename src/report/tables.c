@@ -111,13 +111,14 @@ enum vw_status vw_table_make_duplicates(const char *path, const struct vw_duplic
 
 // ---- The matrix ----------------------------------------------------------------------------------------------------
 
-// Averages a row; over folds, a photo has no entry for the views that validated while it did.
-static double mean_of(const double *row, uint32_t count) {
-    double mean = 0;
-    uint32_t known = 0;
-    for (uint32_t i = 0; i < count; i++) known += !isnan(row[i]);
-    for (uint32_t i = 0; i < count; i++) mean += isnan(row[i]) ? 0 : row[i] / known;
-    return known ? mean : NAN;
+// Averages a row by the weights of the views; over folds, a photo has no entry for the views that validated while it
+// did.
+static double mean_of(const struct vw_matrix *matrix, const double *row) {
+    double mean = 0, known = 0;
+    for (uint32_t i = 0; i < matrix->view_count; i++) known += isnan(row[i]) ? 0 : vw_matrix_weight(matrix, i);
+    for (uint32_t i = 0; i < matrix->view_count; i++)
+        mean += isnan(row[i]) ? 0 : vw_matrix_weight(matrix, i) * row[i] / known;
+    return known > 0 ? mean : NAN;
 }
 
 static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit,
@@ -139,12 +140,12 @@ static void print_matrix(FILE *stream, const void *context) {
             vw_ledger_find_image(table->images, table->image_count, matrix->photos[p]);
         size_t first = (size_t)p * matrix->view_count;
         print_matrix_row(stream, photo, "dv_psnr", "dB", &matrix->psnr[first], matrix->view_count,
-                         mean_of(&matrix->psnr[first], matrix->view_count), table->standard_errors[p]);
+                         mean_of(matrix, &matrix->psnr[first]), table->standard_errors[p]);
         print_matrix_row(stream, photo, "dv_loss", "mean absolute error", &matrix->l1[first], matrix->view_count, NAN,
                          NAN);
         if (matrix->lasting)
             print_matrix_row(stream, photo, "lasting_psnr", "dB", &matrix->lasting[first], matrix->view_count,
-                             mean_of(&matrix->lasting[first], matrix->view_count), NAN);
+                             mean_of(matrix, &matrix->lasting[first]), NAN);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/json.h"
+#include "scene/val_weights.h"
 #include "viewworth/log.h"
 
 enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu) {
@@ -17,20 +18,21 @@ enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu)
 char *vw_scene_options_to_json(const struct vw_scene_params *options) {
     json_t *downscale = options->downscale > 1 ? json_integer(options->downscale) : NULL;
     json_t *corrupt = options->corrupt ? json_integer(options->corrupt) : NULL;
-    json_t *object = json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*, s:o*}", "format", options->format,
-                               "pool", options->pool, "train", options->train_list, "val", options->val_list, "test",
-                               options->test_list, "splits", options->splits, "providers", options->providers,
-                               "downscale", downscale, "corrupt", corrupt);
+    json_t *object =
+        json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*, s:o*}", "format", options->format, "pool",
+                  options->pool, "train", options->train_list, "val", options->val_list, "test", options->test_list,
+                  "splits", options->splits, "val-weights", options->val_weights, "providers", options->providers,
+                  "downscale", downscale, "corrupt", corrupt);
     char *json = vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     if (!json) vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the scene options");
     return json;
 }
 
-enum vw_status vw_scene_options_note_missing(const char *missing, char **json) {
-    if (!missing) return VW_OK;
+enum vw_status vw_scene_options_note(const struct vw_scene *scene, char **json) {
     json_t *object = vw_json_load(*json, strlen(*json), 0, NULL);
-    vw_json_set(&object, "missing", vw_json_string(missing));
+    if (scene->missing) vw_json_set(&object, "missing", vw_json_string(scene->missing));
+    vw_scene_add_weights(scene, &object);
     char *longer = vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     if (!longer) return vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the scene options");
@@ -44,12 +46,15 @@ enum vw_status vw_scene_options_from_json(const char *json, json_t **texts, stru
     json_error_t error;
     json_int_t downscale = 1, corrupt = 0;
     const char *missing = NULL; // for readers of the report
+    json_t *weights = NULL;     // for readers of the ledger
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     enum vw_status status = VW_OK;
-    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I, s?s}",
-                                  "format", &read.format, "pool", &read.pool, "train", &read.train_list, "val",
-                                  &read.val_list, "test", &read.test_list, "splits", &read.splits, "providers",
-                                  &read.providers, "downscale", &downscale, "corrupt", &corrupt, "missing", &missing))
+    if (!object ||
+        json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I, s?s, s?o}",
+                       "format", &read.format, "pool", &read.pool, "train", &read.train_list, "val", &read.val_list,
+                       "test", &read.test_list, "splits", &read.splits, "val-weights", &read.val_weights, "providers",
+                       &read.providers, "downscale", &downscale, "corrupt", &corrupt, "missing", &missing, "weights",
+                       &weights))
         status = vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", json, error.text);
     if (!status && (downscale < 1 || downscale > UINT32_MAX || corrupt < 0 || corrupt > UINT32_MAX))
         status = vw_fail(VW_ERROR_INPUT, "scene options %s: a count is out of range; make the folder again", json);

@@ -16,9 +16,9 @@ enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu)
 // Returns the scene options for run.scene_options_json: canonical JSON of those that differ from their defaults,
 // without path, headers_only and gpu; "{}" without any. Owned by the caller.
 char *vw_scene_options_to_json(const struct vw_scene_params *options);
-// Adds what was left out of the scene because its image file is missing (vw_scene.missing; NULL: nothing), for the
-// report; `*json` may be replaced.
-enum vw_status vw_scene_options_note_missing(const char *missing, char **json);
+// Adds what readers need without the scene: what was left out because its image file is missing (vw_scene.missing), and
+// the weights of validation photos other than 1 (vw_ledger_image.weight). `*json` is replaced.
+enum vw_status vw_scene_options_note(const struct vw_scene *scene, char **json);
 // Reads the options back. `*texts` owns their texts (json_decref).
 enum vw_status vw_scene_options_from_json(const char *json, json_t **texts, struct vw_scene_params *options);
 // Opens the scene of a recorded run. Relative paths are relative to the folder that the run was started in. `gpu` is

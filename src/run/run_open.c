@@ -152,7 +152,7 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     run->scene = run->session->scene;
     run->results.device = vw_gpu_get_info(run->gpu);
     run->results.scene = run->scene;
-    status = vw_scene_options_note_missing(run->scene->missing, &run->scene_options_json);
+    status = vw_scene_options_note(run->scene, &run->scene_options_json);
     if (status) return status;
     if (run->payout.cents) status = vw_attribution_check_scene(run->scene);
     if (!status) status = decide_effects(run);

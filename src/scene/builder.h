@@ -61,6 +61,8 @@ enum vw_status vw_splits_assign(struct vw_scene_builder *builder);
 enum vw_status vw_splits_count(const char *path, struct vw_scene *scene);
 // Moves added photos that are near-duplicates of a validation or test photo to its split (splits_file.c). Needs pixels.
 enum vw_status vw_splits_join_duplicates(struct vw_scene_builder *builder);
+// Reads the weights of validation photos; without a file those of splits.json stay, or 1 (val_weights.c).
+enum vw_status vw_val_weights_settle(const struct vw_scene_builder *builder);
 // Copies a provider's name without the spaces around it (providers.c). VW_ERROR_INPUT, without a place, when it has
 // characters that cannot be seen.
 enum vw_status vw_provider_name_take(const char *text, char **name);

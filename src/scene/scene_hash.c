@@ -1,6 +1,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "scene/builder.h"
+#include "scene/val_weights.h"
 
 static void add_camera(struct vw_hasher *hasher, const struct vw_camera *camera) {
     const double values[] = {camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
@@ -38,6 +39,13 @@ static void add_points(struct vw_hasher *hasher, const struct vw_scene *scene) {
     }
 }
 
+// Adds nothing when all validation photos weigh the same.
+static void add_weights(struct vw_hasher *hasher, const struct vw_scene *scene) {
+    if (!vw_scene_has_weights(scene)) return;
+    vw_hasher_add_text(hasher, "weights");
+    for (uint32_t v = 0; v < scene->view_count; v++) vw_hasher_add_real(hasher, scene->views[v].weight);
+}
+
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
@@ -49,5 +57,6 @@ void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t has
     vw_hasher_add_real(&hasher, scene->box.half_extent_world);
     for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, scene->background[i]);
     add_points(&hasher, scene);
+    add_weights(&hasher, scene);
     vw_hasher_end(&hasher, hash);
 }

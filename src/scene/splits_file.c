@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "scene/builder.h"
 #include "scene/duplicates.h"
+#include "scene/val_weights.h"
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
@@ -19,6 +20,7 @@ struct reading {
     const struct vw_scene *scene;
     json_t *named; // owned; by name: its split
     uint8_t *claims;
+    double *weights;
     uint32_t claimed_count, absent_count; // names of photos that are in the scene, and that are not
 };
 
@@ -50,10 +52,31 @@ static void read_split(struct reading *reading, const json_t *root, enum vw_spli
         take_name(reading, split, i, json_array_get(names, i));
 }
 
+static void read_weights(struct reading *reading, json_t *weights) {
+    const char *key;
+    json_t *value;
+    if (weights && !json_is_object(weights))
+        vw_json_refuse(&reading->reader, "weights",
+                       "is not an object of names and numbers; correct it or leave it out");
+    json_object_foreach(weights, key, value) {
+        const char *name = vw_view_name_of(key);
+        const json_t *split = json_object_get(reading->named, name);
+        const struct vw_view *view = vw_scene_find_view(reading->scene, name);
+        if (!split || json_integer_value(split) != VW_SPLIT_VAL)
+            vw_json_refuse(&reading->reader, "weights", "%s is not in val; remove it from the weights", name);
+        else if (!json_is_number(value) || !vw_val_weight_is_valid(json_number_value(value)))
+            vw_json_refuse(&reading->reader, "weights",
+                           "that of %s is not a weight; write 0, or a number from 1e-9 to 1e9", name);
+        else if (view) reading->weights[view - reading->scene->views] = json_number_value(value);
+        if (reading->reader.status) return;
+    }
+}
+
 static void read_all(struct reading *reading, const json_t *root) {
-    vw_json_check_keys(&reading->reader, root, "train val test excluded");
+    vw_json_check_keys(&reading->reader, root, "train val test excluded weights");
     for (enum vw_split split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED && !reading->reader.status; split++)
         read_split(reading, root, split);
+    if (!reading->reader.status) read_weights(reading, json_object_get(root, "weights"));
     if (!reading->reader.status && !reading->named)
         reading->reader.status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for its names", reading->reader.path);
     if (!reading->reader.status && !reading->claimed_count)
@@ -62,12 +85,13 @@ static void read_all(struct reading *reading, const json_t *root) {
                        "splits.json of a run of this scene");
 }
 
-enum vw_status vw_splits_file_read(const struct vw_scene *scene, const char *path, uint8_t *claims,
+enum vw_status vw_splits_file_read(const struct vw_scene *scene, const char *path, uint8_t *claims, double *weights,
                                    uint32_t *absent_count) {
     void *text = NULL;
     size_t size_bytes = 0;
     json_t *root = NULL;
-    struct reading reading = {.reader.path = path, .scene = scene, .named = json_object(), .claims = claims};
+    struct reading reading = {
+        .reader.path = path, .scene = scene, .named = json_object(), .claims = claims, .weights = weights};
     reading.reader.status = vw_file_read(path, LIMIT_BYTES, &text, &size_bytes);
     if (!reading.reader.status) reading.reader.status = vw_json_parse(path, text, size_bytes, &root);
     if (!reading.reader.status) read_all(&reading, root);
@@ -133,6 +157,7 @@ enum vw_status vw_splits_file_make(const struct vw_scene *scene, char **text) {
     if (scene->split_count[VW_SPLIT_EXCLUDED])
         vw_json_set(&root, vw_split_name(VW_SPLIT_EXCLUDED), lists[VW_SPLIT_EXCLUDED]);
     else json_decref(lists[VW_SPLIT_EXCLUDED]);
+    vw_scene_add_weights(scene, &root);
     *text = vw_json_to_text(root, JSON_INDENT(2));
     json_decref(root);
     return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the splits of the scene");

@@ -1,6 +1,6 @@
 // splits.json: who trains, validates and tests, so that a later run of a scene with more or fewer photos uses the same
-// splits: {"train": [name, ...], "val": [...], "test": [...]}, and "excluded" if there are such photos. Names are those
-// of the scene.
+// splits: {"train": [name, ...], "val": [...], "test": [...]}, "excluded" if there are such photos, and "weights"
+// ({name: weight}) if validation photos have any but 1. Names are those of the scene.
 #ifndef VIEWWORTH_SCENE_SPLITS_FILE_H
 #define VIEWWORTH_SCENE_SPLITS_FILE_H
 
@@ -10,9 +10,10 @@
 #include "viewworth/status.h"
 
 // Reads such a file. `claims` has an entry per view, all 0 before: it becomes 1 + the split of a view that is named.
+// That of `weights` becomes the weight of a view that has one; others stay.
 // `*absent_count` counts names of photos that the scene does not have (any more). VW_ERROR_INPUT names the line and
 // column or the entry; also if a name is in two splits, or if no name is of this scene.
-enum vw_status vw_splits_file_read(const struct vw_scene *scene, const char *path, uint8_t *claims,
+enum vw_status vw_splits_file_read(const struct vw_scene *scene, const char *path, uint8_t *claims, double *weights,
                                    uint32_t *absent_count);
 
 // Makes the text of such a file for a scene, owned by the caller.

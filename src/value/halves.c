@@ -54,7 +54,7 @@ enum vw_status vw_halves_split(const struct vw_ledger_image *images, uint32_t im
 
 // Sums over the half's photos after one step.
 struct sums {
-    double psnr_db, mse, l1;
+    double psnr_db, mse, l1, weight; // all times the photo's weight
     uint32_t count;
 };
 
@@ -73,26 +73,28 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
     const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, image_id);
     if (!image || reading->halves[image - input->images] != reading->half || step >= input->record_count) return;
     struct sums *sums = &reading->of_steps[step];
-    sums->psnr_db += vw_psnr_db(error->mse);
-    sums->mse += error->mse;
-    sums->l1 += error->l1;
+    sums->psnr_db += image->weight * vw_psnr_db(error->mse);
+    sums->mse += image->weight * error->mse;
+    sums->l1 += image->weight * error->l1;
+    sums->weight += image->weight;
     sums->count++;
 }
 
 static void measure_half(struct vw_step_record *record, const struct sums *sums, uint32_t view_count) {
-    bool known = isfinite(record->val_psnr) && sums->count == view_count;
-    record->val_psnr = known ? sums->psnr_db / view_count : NAN;
-    record->val_psnr_pooled = known ? vw_psnr_db(sums->mse / view_count) : NAN;
-    record->val_l1 = known ? sums->l1 / view_count : NAN;
+    bool known = isfinite(record->val_psnr) && sums->count == view_count && sums->weight > 0;
+    record->val_psnr = known ? sums->psnr_db / sums->weight : NAN;
+    record->val_psnr_pooled = known ? vw_psnr_db(sums->mse / sums->weight) : NAN;
+    record->val_l1 = known ? sums->l1 / sums->weight : NAN;
 }
 
-// Averages the backward pass's steps over the half's photos. Without a pass by validation photo there are none.
-static enum vw_status measure_lasting(const struct reading *reading, uint32_t half_count,
+// Averages the backward pass's steps over the half's photos, by their weights. Without a pass by validation photo there
+// are none.
+static enum vw_status measure_lasting(const struct reading *reading, double half_weight,
                                       struct vw_lasting_pass *of_half) {
     const struct vw_value_input *input = reading->input;
     const struct vw_lasting_pass *pass = &input->lasting;
     *of_half = (struct vw_lasting_pass){0};
-    if (!pass->view_count || !half_count) return VW_OK;
+    if (!pass->view_count || !(half_weight > 0)) return VW_OK;
     struct vw_lasting_step *steps = vw_allocate(pass->step_count, sizeof *steps);
     if (!steps) return VW_ERROR_MEMORY;
     for (uint64_t i = 0; i < pass->step_count; i++)
@@ -101,7 +103,7 @@ static enum vw_status measure_lasting(const struct reading *reading, uint32_t ha
         const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, pass->views[v]);
         if (!image || reading->halves[image - input->images] != reading->half) continue;
         for (uint64_t i = 0; i < pass->step_count; i++)
-            steps[i].psnr += pass->view_psnr[i * pass->view_count + v] / half_count;
+            steps[i].psnr += image->weight * pass->view_psnr[i * pass->view_count + v] / half_weight;
     }
     of_half->steps = steps;
     of_half->step_count = pass->step_count;
@@ -116,8 +118,12 @@ enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_i
                               .half = half,
                               .of_steps = vw_allocate(input->record_count, sizeof *reading.of_steps)};
     uint32_t view_count = 0;
+    double weight = 0;
     enum vw_status status = records && reading.of_steps ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < input->image_count; i++) view_count += halves[i] == half;
+    for (uint32_t i = 0; i < input->image_count; i++) {
+        view_count += halves[i] == half;
+        weight += halves[i] == half ? input->images[i].weight : 0;
+    }
     if (!status) status = vw_ledger_each_view(ledger, take_view, &reading);
     for (uint64_t i = 0; !status && i < input->record_count; i++) {
         records[i] = input->records[i];
@@ -126,7 +132,7 @@ enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_i
     }
     struct vw_value_input of_half = *input;
     of_half.records = records;
-    if (!status) status = measure_lasting(&reading, view_count, &of_half.lasting);
+    if (!status) status = measure_lasting(&reading, weight, &of_half.lasting);
     else of_half.lasting = (struct vw_lasting_pass){0};
     if (!status) status = vw_value_score(&of_half, scores, score_count);
     vw_lasting_pass_free(&of_half.lasting);

@@ -29,20 +29,23 @@ static enum vw_status create_columns(const struct vw_matrix *matrix, struct colu
     *columns = (struct columns){memory, memory + photos, memory + 2 * photos, memory + 3 * photos, memory + 4 * photos};
     for (size_t p = 0; p < photos; p++)
         for (size_t v = views; v-- > 1;)
-            columns->behind[p * views + v - 1] = columns->behind[p * views + v] + matrix->psnr[p * views + v];
+            columns->behind[p * views + v - 1] =
+                columns->behind[p * views + v] + vw_matrix_weight(matrix, (uint32_t)v) * matrix->psnr[p * views + v];
     return VW_OK;
 }
 
-// Adds the columns of a view; call it with the views in order. It uses sums on both sides, not a difference from the
+// Adds the columns of a view; call it with the views in order. Ranks alone matter, so that sums of weighted entries are
+// divided by counts. It uses sums on both sides, not a difference from the
 // whole sum, which would cancel if one view outweighs all others.
 static void take_columns(const struct vw_matrix *matrix, uint32_t view, struct columns *columns) {
     uint32_t count = matrix->view_count;
     for (uint32_t p = 0; p < matrix->photo_count; p++) {
         size_t entry = (size_t)p * count + view;
-        double own = matrix->psnr[entry], others = columns->before[p] + columns->behind[entry];
+        double own = vw_matrix_weight(matrix, view) * matrix->psnr[entry],
+               others = columns->before[p] + columns->behind[entry];
         columns->all[p] = (columns->before[p] + own + columns->behind[entry]) / count;
         columns->rest[p] = others / (count - 1);
-        columns->own[p] = own;
+        columns->own[p] = matrix->psnr[entry];
         columns->before[p] += own;
     }
 }
@@ -99,12 +102,22 @@ static enum vw_status evaluate_oddities(uint32_t count, struct vw_view_evidence 
     return VW_OK;
 }
 
-// Returns the delete-one jackknife of a mean: the standard error of the mean of the views' entries.
-static double standard_error_of(const double *row, uint32_t count) {
-    double mean = 0, squares = 0;
-    for (uint32_t v = 0; v < count; v++) mean += row[v] / count;
-    for (uint32_t v = 0; v < count; v++) squares += (row[v] - mean) * (row[v] - mean);
-    return count < 2 ? NAN : sqrt(squares / count / (count - 1));
+// Returns the delete-one jackknife of a row's weighted mean: its standard error over the views with a weight. Without
+// a view the mean changes by its entry's distance times weight / (sum - weight).
+static double standard_error_of(const struct vw_matrix *matrix, const double *row) {
+    double mean = 0, squares = 0, sum = 0;
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < matrix->view_count; v++) {
+        sum += vw_matrix_weight(matrix, v);
+        count += vw_matrix_weight(matrix, v) > 0;
+    }
+    if (count < 2) return NAN;
+    for (uint32_t v = 0; v < matrix->view_count; v++) mean += vw_matrix_weight(matrix, v) * row[v] / sum;
+    for (uint32_t v = 0; v < matrix->view_count; v++) {
+        double weight = vw_matrix_weight(matrix, v), share = weight * (count - 1) / (sum - weight);
+        squares += (row[v] - mean) * share * ((row[v] - mean) * share);
+    }
+    return sqrt(squares / count / (count - 1));
 }
 
 enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_view_evidence *views,
@@ -113,6 +126,6 @@ enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_vie
     bool trained = matrix->visit_count >= VISITS_LEAST * (uint64_t)matrix->photo_count;
     if (!status && trained && matrix->view_count >= VIEWS_LEAST) status = evaluate_oddities(matrix->view_count, views);
     for (uint32_t p = 0; !status && p < matrix->photo_count; p++)
-        standard_errors[p] = standard_error_of(&matrix->psnr[(size_t)p * matrix->view_count], matrix->view_count);
+        standard_errors[p] = standard_error_of(matrix, &matrix->psnr[(size_t)p * matrix->view_count]);
     return status;
 }

@@ -67,6 +67,7 @@ static void number_images(struct summing *summing) {
         bool photo = strcmp(input->images[i].split, "train") == 0, view = strcmp(input->images[i].split, "val") == 0;
         summing->places[i] = photo ? matrix->photo_count : view ? matrix->view_count : (uint32_t)NOT_IN_MATRIX;
         if (photo) matrix->photos[matrix->photo_count++] = input->images[i].image_id;
+        if (view) matrix->weights[matrix->view_count] = input->images[i].weight;
         if (view) matrix->views[matrix->view_count++] = input->images[i].image_id;
     }
 }
@@ -77,7 +78,8 @@ static enum vw_status allocate(struct summing *summing) {
     matrix->photos = vw_allocate(image_count, sizeof *matrix->photos);
     matrix->views = vw_allocate(image_count, sizeof *matrix->views);
     summing->places = vw_allocate(image_count, sizeof *summing->places);
-    if (!matrix->photos || !matrix->views || !summing->places) return VW_ERROR_MEMORY;
+    matrix->weights = vw_allocate(image_count, sizeof *matrix->weights);
+    if (!matrix->photos || !matrix->views || !matrix->weights || !summing->places) return VW_ERROR_MEMORY;
     number_images(summing);
     matrix->psnr = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->psnr);
     matrix->l1 = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->l1);
@@ -138,5 +140,6 @@ void vw_matrix_clear(struct vw_matrix *matrix) {
     free(matrix->l1);
     free(matrix->lasting);
     free(matrix->end_psnr);
+    free(matrix->weights);
     *matrix = (struct vw_matrix){0};
 }

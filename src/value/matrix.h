@@ -16,15 +16,20 @@ struct vw_value_input; // value.h
 struct vw_matrix {
     uint32_t *photos, *views; // image_ids
     uint32_t photo_count, view_count;
-    double *psnr; // dB: sum of the step deltas of the view's PSNR (its MSE floored as usual); the mean of a row is the
-                  // photo's dv_psnr
-    double *l1;   // mean absolute error removed from the view; the mean of a row, weighted by the views' pixels, is the
-                  // photo's dv_loss
-    double *lasting; // dB: what the photo's steps leave of the view's PSNR at the end; the mean of a row is the photo's
-                     // lasting_psnr, but for rounding. NULL: the run has no such pass
+    double *psnr;    // dB: sum of the step deltas of the view's PSNR (its MSE floored as usual); the weighted mean of a
+                     // row is the photo's dv_psnr
+    double *l1;      // mean absolute error removed from the view; the mean of a row, weighted by the views' pixels and
+                     // weights, is the photo's dv_loss
+    double *lasting; // dB: what the photo's steps leave of the view's PSNR at the end; the weighted mean of a row is
+                     // the photo's lasting_psnr, but for rounding. NULL: the run has no such pass
     double *end_psnr;     // dB: PSNR of each view after the last validated step
     uint32_t visit_count; // steps that count, over all photos
+    double *weights;      // the views' weights in the means of rows; NULL: all 1
 };
+
+static inline double vw_matrix_weight(const struct vw_matrix *matrix, uint32_t view) {
+    return matrix->weights ? matrix->weights[view] : 1;
+}
 
 // Computes the matrix from the table view, as scores are computed: deltas from the last step with values, summed over
 // the steps after burn-in. A run without view rows (imported, or not validated) has 0 views; a run without a step after

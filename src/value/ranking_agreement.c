@@ -71,7 +71,8 @@ static void sum_halves(const struct vw_value_input *input, const struct vw_matri
         const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, matrix->views[v]);
         if (!image) continue;
         double *half = of_images[image - input->images] == VW_HALF_A ? sums->first : sums->second;
-        for (uint32_t p = 0; p < matrix->photo_count; p++) half[p] += matrix->psnr[(size_t)p * matrix->view_count + v];
+        for (uint32_t p = 0; p < matrix->photo_count; p++)
+            half[p] += vw_matrix_weight(matrix, v) * matrix->psnr[(size_t)p * matrix->view_count + v];
     }
 }
 

@@ -7,9 +7,10 @@ enum { VIEWS_MAX = 8 };
 
 static void try_splits(const struct vw_scene *scene, const char *path) {
     uint8_t claims[VIEWS_MAX] = {0};
+    double weights[VIEWS_MAX] = {0};
     uint32_t absent = 0, claimed = 0;
     fuzz_forget_message();
-    enum vw_status status = vw_splits_file_read(scene, path, claims, &absent);
+    enum vw_status status = vw_splits_file_read(scene, path, claims, weights, &absent);
     fuzz_check_message(status);
     for (uint32_t v = 0; v < scene->view_count; v++) {
         claimed += claims[v] > 0;

@@ -1,4 +1,5 @@
-// --splits: the splits of an earlier run are those of a scene with more or fewer photos; broken files are refused.
+// --splits: the splits of an earlier run are those of a scene with more or fewer photos. --val-weights: weights of
+// validation photos. Broken files are refused.
 #include "support/cmocka_test.h"
 
 #include <stdlib.h>
@@ -9,6 +10,8 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
+#define VAL_00 "{\"train\": [\"images/01.png\"], \"val\": [\"images/00.png\"], \"test\": [], "
+#define WITH_WEIGHTS(file) SCENE_PARAMS(.path = *state, .val_weights = (file))
 #define WITH_SPLITS(file) SCENE_PARAMS(.path = *state, .splits = (file))
 
 // Writes the splits of an open scene to splits.json; returns its path.
@@ -103,6 +106,11 @@ FOLDER_TEST(bad_splits_are_refused) {
         {"{\"train\": [\"images/00.png\\u0000\"], \"val\": [], \"test\": []}", "splits.json:1:", "not valid JSON"},
         {"{\"train\": [], \"val\": [\"images/00.png\", \"images/01.png\", \"images/02.png\"], \"test\": []}",
          "only one view", "left to train"},
+        {VAL_00 "\"weights\": [2]}", "weights: ", "is not an object"},
+        {VAL_00 "\"weights\": {\"images/01.png\": 2}}", "weights: images/01.png", "is not in val"},
+        {VAL_00 "\"weights\": {\"images/00.png\": -1}}", "weights: that of images/00.png", "not a weight"},
+        {VAL_00 "\"weights\": {\"images/00.png\": \"2\"}}", "weights: that of images/00.png", "not a weight"},
+        {VAL_00 "\"weights\": {\"images/00.png\": 0}}", "splits.json: ", "all validation photos"},
     };
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -121,4 +129,60 @@ FOLDER_TEST(splits_exclude_lists) {
                        "leave out --train");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .splits = splits, .val_list = list), VW_ERROR_USAGE, "--val");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .splits = splits, .test_list = list), VW_ERROR_USAGE, "--test");
+}
+
+// ---- --val-weights --------------------------------------------------------------------------------------------------
+
+FOLDER_TEST(weights_are_read_and_kept_with_the_splits) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 17});
+    struct vw_scene *plain = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    const char *file = temporary_file(*state, "weights.csv", "name,weight\n08.png,2.5\nimages/16.png,0\n");
+    struct vw_scene *scene = tiny_scene_open(WITH_WEIGHTS(file));
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        assert_true(scene->views[v].weight == (v == 8 ? 2.5 : v == 16 ? 0 : 1) && plain->views[v].weight == 1);
+    check_note(scene, "validation photos are weighted by ");
+    assert_true(memcmp(scene->hash, plain->hash, sizeof plain->hash) != 0);
+    const char *splits = keep_splits(*state, scene);
+    struct vw_scene *again = tiny_scene_open(WITH_SPLITS(splits));
+    check_same_hash(scene, again);
+    assert_true(again->views[8].weight == 2.5 && again->views[16].weight == 0);
+    file = temporary_file(*state, "none.csv", "name,weight\n");
+    check_same_hash(plain, tiny_scene_open(SCENE_PARAMS(.path = *state, .splits = splits, .val_weights = file)));
+}
+
+FOLDER_TEST(equal_weights_change_nothing) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 14});
+    struct vw_scene *plain = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    struct vw_scene *scene =
+        tiny_scene_open(WITH_WEIGHTS(temporary_file(*state, "weights.csv", "name,weight\n00.png,0.3\n08.png,0.3\n")));
+    check_same_hash(plain, scene);
+    assert_int_equal(scene->note_count, 0);
+}
+
+FOLDER_TEST(bad_weights_are_refused) {
+    static const struct {
+        const char *rows, *place, *said;
+    } cases[] = {
+        {"name,value\n00.png,1\n", "weights.csv:1: ", "header must be name,weight"},
+        {"", "weights.csv:1: ", "header must be name,weight"},
+        {"name,weight\n00.png\n", "weights.csv:2: ", "two fields"},
+        {"name,weight\n00.png,1\ngone.png,1\n", "weights.csv:3: gone.png", "not in the scene"},
+        {"name,weight\n01.png,1\n", "weights.csv:2: 01.png", "split train"},
+        {"name,weight\n04.png,1\n", "weights.csv:2: 04.png", "split test"},
+        {"name,weight\n00.png,1\nimages/00.png,1\n", "weights.csv:3: images/00.png", "has a weight already"},
+        {"name,weight\n00.png,-1\n", "weights.csv:2: ", "\"-1\" is not a weight"},
+        {"name,weight\n00.png,inf\n", "weights.csv:2: ", "is not a weight"},
+        {"name,weight\n00.png,nan\n", "weights.csv:2: ", "is not a weight"},
+        {"name,weight\n00.png,2x\n", "weights.csv:2: ", "is not a weight"},
+        {"name,weight\n00.png,\n", "weights.csv:2: ", "is not a weight"},
+        {"name,weight\n00.png, 1\n", "weights.csv:2: ", "is not a weight"},
+        {"name,weight\n00.png,1e-10\n", "weights.csv:2: ", "1e-9 to 1e9"},
+        {"name,weight\n00.png,0\n08.png,0\n", "weights.csv: ", "all validation photos"},
+    };
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 14});
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const char *file = temporary_file(*state, "weights.csv", cases[i].rows);
+        tiny_scene_refused(WITH_WEIGHTS(file), VW_ERROR_INPUT, cases[i].place, cases[i].said);
+    }
+    tiny_scene_refused(WITH_WEIGHTS("no/weights.csv"), VW_ERROR_INPUT, "no/weights.csv");
 }

@@ -43,6 +43,7 @@ static void set_view(struct vw_view *view, uint32_t index, uint32_t count,
     view->name = vw_format_text("view_%03u", index);
     view->provider = vw_copy_text("");
     view->split = index < params->train_views ? VW_SPLIT_TRAIN : VW_SPLIT_VAL;
+    view->weight = 1;
     view->camera = (struct vw_camera){.width_px = params->width_px,
                                       .height_px = params->height_px,
                                       .focal_x_px = 1.2 * params->width_px,

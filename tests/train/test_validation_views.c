@@ -90,7 +90,7 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
     hex[64] = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)
         images[v] = (struct vw_ledger_image){
-            .image_id = v, .name = scene->views[v].name, .split = vw_split_name(scene->views[v].split)};
+            .image_id = v, .name = scene->views[v].name, .split = vw_split_name(scene->views[v].split), .weight = 1};
     const struct vw_ledger_run run = {hex,  hex,  "recipe", 0,    "{}", hex, "d", "d", hex, "v", "2026-11-21T03:04:05Z",
                                       "{}", "[]", NULL,     NULL, NULL, NULL};
     ASSERT_OK(vw_ledger_create(temporary_path(folder, "ledger.db"), &run, images, scene->view_count, &ledger));

@@ -14,7 +14,8 @@ static char names[IMAGES][16];
 static void make_images(void) {
     for (uint32_t i = 0; i < IMAGES; i++) {
         snprintf(names[i], sizeof names[i], "photo %u", i);
-        images[i] = (struct vw_ledger_image){i, names[i], i < 2 * VIEWS && i % 2 ? "val" : "train", NULL, HEX_A, NULL};
+        images[i] =
+            (struct vw_ledger_image){i, names[i], i < 2 * VIEWS && i % 2 ? "val" : "train", NULL, HEX_A, NULL, 1};
     }
 }
 
@@ -31,8 +32,11 @@ static struct vw_ledger *record(const char *folder, const bool validates[IMAGES]
     static struct vw_view_error errors[STEPS][VIEWS];
     static struct vw_step_record records[STEPS];
     uint32_t views[VIEWS], view_count = 0;
-    for (uint32_t i = 0; i < IMAGES; i++)
+    double sum = 0;
+    for (uint32_t i = 0; i < IMAGES; i++) {
         if (validates[i]) views[view_count++] = i;
+        sum += validates[i] ? images[i].weight : 0;
+    }
     for (uint32_t t = 0; t < STEPS; t++) {
         struct vw_step_record *record = &records[t];
         *record = (struct vw_step_record){.step = t,
@@ -45,10 +49,11 @@ static struct vw_ledger *record(const char *folder, const bool validates[IMAGES]
                                           .view_count = view_count};
         double mse = 0;
         for (uint32_t v = 0; v < view_count; v++) {
+            double share = images[views[v]].weight / sum;
             errors[t][v] = error_of(t, views[v]);
-            record->val_psnr += vw_psnr_db(errors[t][v].mse) / view_count;
-            record->val_l1 += errors[t][v].l1 / view_count;
-            mse += errors[t][v].mse / view_count;
+            record->val_psnr += share * vw_psnr_db(errors[t][v].mse);
+            record->val_l1 += share * errors[t][v].l1;
+            mse += share * errors[t][v].mse;
         }
         record->val_psnr_pooled = vw_psnr_db(mse);
         if (record->nonfinite) record->val_psnr = record->val_psnr_pooled = record->val_l1 = NAN;
@@ -90,6 +95,15 @@ static void check_half(const char *folder, const uint8_t *halves, uint8_t half) 
     }
 }
 
+FOLDER_TEST(scores_of_a_half_are_weighted) {
+    uint8_t halves[IMAGES];
+    uint32_t sizes[VW_HALVES];
+    make_images();
+    for (uint32_t i = 1; i < 2 * VIEWS; i += 2) images[i].weight = i == 5 ? 0 : 0.5 + i;
+    ASSERT_OK(vw_halves_split(images, IMAGES, 5, halves, sizes));
+    for (uint8_t half = 0; half < VW_HALVES; half++) check_half(*state, halves, half);
+}
+
 FOLDER_TEST(scores_of_a_half_are_of_its_photos_alone) {
     uint8_t halves[IMAGES];
     uint32_t sizes[VW_HALVES];
@@ -124,7 +138,7 @@ TEST(halves_are_drawn_by_name_and_seed) {
     assert_true(differ > 0);
 }
 
-// The mean over the half's photos of what each gains, by photo; no lasting_loss, which no single photo has.
+// The weighted mean over the half's photos of what each gains, by photo; no lasting_loss, which no single photo has.
 FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     static struct vw_lasting_step steps[STEPS - 1];
     static double view_psnr[STEPS - 1][VIEWS];
@@ -134,9 +148,14 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     uint32_t score_count = 0, sizes[VW_HALVES], found = 0;
     uint8_t halves[IMAGES];
     bool all[IMAGES];
+    double sum_of_half = 0;
     make_images();
+    for (uint32_t i = 1; i < 2 * VIEWS; i += 2) images[i].weight = 1.0 + i;
     ASSERT_OK(vw_halves_split(images, IMAGES, 5, halves, sizes));
-    for (uint32_t i = 0; i < IMAGES; i++) all[i] = halves[i] != VW_HALF_NONE;
+    for (uint32_t i = 0; i < IMAGES; i++) {
+        all[i] = halves[i] != VW_HALF_NONE;
+        sum_of_half += halves[i] == VW_HALF_B ? images[i].weight : 0;
+    }
     AUTO(vw_ledger_close) struct vw_ledger *ledger = record(*state, all, &input);
     for (uint32_t t = 1; t < STEPS; t++) {
         steps[t - 1] = (struct vw_lasting_step){t, 9, 9, 1, 1};
@@ -156,7 +175,7 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
         double sum = 0;
         for (uint32_t t = 1; t < STEPS; t++)
             for (uint32_t v = 0; v < VIEWS && input.records[t].view == scores[i].image_id; v++)
-                if (halves[views[v]] == VW_HALF_B) sum += view_psnr[t - 1][v] / sizes[VW_HALF_B];
+                if (halves[views[v]] == VW_HALF_B) sum += images[views[v]].weight * view_psnr[t - 1][v] / sum_of_half;
         assert_near(scores[i].value, sum, 1e-12);
         found++;
     }

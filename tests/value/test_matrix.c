@@ -22,7 +22,7 @@ struct run {
 
 static void add_image(struct run *run, const char *name, const char *split) {
     if (strcmp(split, "val") == 0) run->views[run->view_count++] = run->image_count;
-    run->images[run->image_count] = (struct vw_ledger_image){run->image_count, name, split, NULL, HEX_A, NULL};
+    run->images[run->image_count] = (struct vw_ledger_image){run->image_count, name, split, NULL, HEX_A, NULL, 1};
     run->image_count++;
 }
 
@@ -129,6 +129,11 @@ FOLDER_TEST(deltas_are_summed_by_view) {
                               "1.png,,dv_loss,mean absolute error,,,0,0.25\n"
                               "2.png,,dv_psnr,dB,43,,87,-1\n"
                               "2.png,,dv_loss,mean absolute error,,,0.5,0.75\n");
+    assert_true(matrix.weights[0] == 1 && matrix.weights[1] == 1);
+    matrix.weights[1] = 3;
+    ASSERT_OK(vw_table_write_matrix(path, &matrix, standard_errors, run->images, run->image_count));
+    AUTO_FREE char *weighted = temporary_read(path, NULL);
+    assert_non_null(strstr(weighted, "1.png,,dv_psnr,dB,2.5,0.5,1,3\n"));
     assert_int_equal(vw_table_write_matrix(path, &matrix, standard_errors, run->images, 3), VW_ERROR_INPUT);
     vw_matrix_clear(&matrix);
 
@@ -231,6 +236,28 @@ TEST(one_view_at_a_time_is_left_out) {
     assert_true(isnan(views[0].without) && isnan(views[0].agreement) && isnan(standard_errors[2]));
 }
 
+// The mean without a view, computed anew for every view, gives the jackknife; a view without weight is none.
+TEST(a_weighted_mean_is_left_out_by_view) {
+    uint32_t photos[] = {1, 2, 3}, ids[] = {7, 8, 9, 10};
+    double psnr[] = {1, 2, 3, 50, 4, 5, 0, 60, 0, 0, 3, 70}, l1[12] = {0}, end_psnr[] = {20, 21, 10, 15};
+    double weights[] = {2, 1, 5, 0};
+    const struct vw_matrix matrix = {photos, ids, 3, 4, psnr, l1, NULL, end_psnr, 9, weights};
+    struct vw_view_evidence views[4];
+    double standard_errors[3];
+    ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
+    for (int p = 0; p < 3; p++) {
+        const double *row = &psnr[4 * p];
+        double mean = (2 * row[0] + row[1] + 5 * row[2]) / 8, squares = 0;
+        double without[] = {(row[1] + 5 * row[2]) / 6, (2 * row[0] + 5 * row[2]) / 7, (2 * row[0] + row[1]) / 3};
+        for (int v = 0; v < 3; v++) squares += pow(without[v] - mean, 2);
+        assert_near(standard_errors[p], sqrt(squares * 2 / 3), 1e-14);
+    }
+    assert_near(views[3].without, 1, 1e-15); // it had no weight
+    weights[2] = weights[1] = 0;
+    ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
+    assert_true(isnan(standard_errors[0])); // one view has all weight
+}
+
 enum { ODD_PHOTOS = 24, ODD_VIEWS = 6 };
 
 // Evaluates views that share the photos' worth, with noise as strong as `noise_share` of it; view 2 shows something
@@ -323,7 +350,7 @@ FOLDER_TEST(a_large_matrix_needs_as_many_rows) {
     for (uint32_t i = 0; i < MORE; i++) {
         uint32_t id = run->image_count + i;
         snprintf(names[i], NAME_BYTES, "more-%u", i);
-        images[id] = (struct vw_ledger_image){id, names[i], i % 2 ? "val" : "train", NULL, HEX_A, NULL};
+        images[id] = (struct vw_ledger_image){id, names[i], i % 2 ? "val" : "train", NULL, HEX_A, NULL, 1};
     }
     AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;

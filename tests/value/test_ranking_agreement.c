@@ -19,7 +19,7 @@ static void train(const double *first, const double *second, struct fixture *fix
     for (uint32_t i = 0; i < IMAGES; i++) {
         snprintf(fixture->names[i], sizeof fixture->names[i], "%02u", i);
         fixture->images[i] =
-            (struct vw_ledger_image){i, fixture->names[i], i < PHOTOS ? "train" : "val", NULL, HEX_A, NULL};
+            (struct vw_ledger_image){i, fixture->names[i], i < PHOTOS ? "train" : "val", NULL, HEX_A, NULL, 1};
     }
     for (uint32_t i = 1; i < RECORDS; i++) {
         uint32_t epoch = (i - 1) / PHOTOS, photo = (i - 1) % PHOTOS;

@@ -115,9 +115,9 @@ static json_t *to_json(const struct selection_job *job) {
 // Prints the options of the scene that the list does not contain. Prints only known ones: a ledger may come from
 // anybody, and a shell reads this.
 static void print_scene_options(const struct selection_job *job) {
-    static const char *const known[] = {"downscale", "providers", "format",
-                                        "pool",      "val",       "test"}; // a scene says all but the first two
-    for (size_t i = 0; i < (job->list.opens ? 2 : VW_ARRAY_COUNT(known)); i++) {
+    static const char *const known[] = {"downscale", "providers", "val-weights", "format",
+                                        "pool",      "val",       "test"}; // a scene says all but the first three
+    for (size_t i = 0; i < (job->list.opens ? 3 : VW_ARRAY_COUNT(known)); i++) {
         const json_t *value = json_object_get(job->run.scene_options, known[i]);
         if (value) vw_print(" --%s", known[i]);
         if (json_is_integer(value)) vw_print(" %" JSON_INTEGER_FORMAT, json_integer_value(value));

@@ -9,6 +9,7 @@
 #include "cli/output/results.h"
 #include "detect/effects_text.h"
 #include "run/plan/accuracy_levels.h"
+#include "scene/val_weights.h"
 
 static const double LOW_AGREEMENT = 0.5; // ranks by one half of the validation photos with those by the other
 
@@ -162,8 +163,9 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     vw_attribution_print(&results->outputs.attribution);
     if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
     if (results->plan.record) print_plan(&results->plan, results->config);
-    vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
-             results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps);
+    vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps%s\n",
+             results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps,
+             vw_scene_has_weights(results->scene) ? ", means weighted by photo" : "");
     print_validation_views(&results->outputs.validation);
     vw_print("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path,
              results->field_path);

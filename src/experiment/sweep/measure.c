@@ -157,8 +157,11 @@ static enum vw_status measure_field(struct vw_sweep_state *state, const char *pa
     if (!status) status = vw_trainer_create(&params, &trainer);
     if (!status) status = vw_trainer_load_field(trainer, path);
     if (!status) status = vw_trainer_measure_views(trainer, views, count, PIXELS_OF_VIEW_MAX, errors);
+    double weights = 0;
     *psnr_db = 0;
-    for (uint32_t i = 0; i < count && !status; i++) *psnr_db += vw_psnr_db(errors[i].mse) / count;
+    for (uint32_t i = 0; i < count; i++) weights += session->scene->views[views[i]].weight;
+    for (uint32_t i = 0; i < count && !status; i++)
+        *psnr_db += session->scene->views[views[i]].weight * vw_psnr_db(errors[i].mse) / weights;
     vw_trainer_destroy(&trainer);
     free(errors);
     free(views);

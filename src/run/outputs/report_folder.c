@@ -312,13 +312,13 @@ static bool judges(const struct vw_ledger_image *image) {
     return strcmp(image->split, "val") == 0 || strcmp(image->split, "test") == 0;
 }
 
-// Tells whether a photo of both runs validates or tests in one of them alone.
+// Tells whether a photo of both runs validates or tests in one of them alone, or with another weight.
 static bool splits_differ(const struct vw_value_input *one, const struct vw_value_input *other) {
     for (uint32_t i = 0; i < one->image_count; i++)
         for (uint32_t j = 0; j < other->image_count; j++) {
             const struct vw_ledger_image *a = &one->images[i], *b = &other->images[j];
-            if ((judges(a) || judges(b)) && strcmp(a->split, b->split) != 0 && strcmp(a->name, b->name) == 0)
-                return true;
+            bool same = strcmp(a->split, b->split) == 0 && a->weight == b->weight;
+            if ((judges(a) || judges(b)) && !same && strcmp(a->name, b->name) == 0) return true;
         }
     return false;
 }
@@ -336,8 +336,8 @@ static void warn_of_splits(const struct gathering *gathering) {
             first++;
         if (first < run && !is_fold(run) && splits_differ(&first->input, &run->input))
             vw_log_warning(
-                "%s: validates or tests on other photos than %s, so their PSNR and scores cannot be compared; "
-                "value it again with --splits %s/" VW_SPLITS_FILE,
+                "%s: validates or tests on other photos or weights than %s, so their PSNR and scores cannot be "
+                "compared; value it again with --splits %s/" VW_SPLITS_FILE,
                 run->folder, first->folder, first->folder);
     }
 }

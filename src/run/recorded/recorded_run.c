@@ -77,7 +77,7 @@ enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
         const struct vw_view *view = &run->scene->views[i];
         char sha256[VW_HASH_HEX_BYTES];
         vw_hash_to_hex(view->sha256, sha256);
-        same = images[i].image_id == i && strcmp(view->name, images[i].name) == 0 &&
+        same = images[i].image_id == i && images[i].weight == view->weight && strcmp(view->name, images[i].name) == 0 &&
                strcmp(vw_split_name(view->split), images[i].split) == 0 && images[i].sha256 &&
                strcmp(sha256, images[i].sha256) == 0;
     }

@@ -70,6 +70,47 @@ static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_
     return status;
 }
 
+// Returns the largest weight of a validation view. The rays of the others have a share of it, since slopes of at most 1
+// fit the fixed-point range.
+static double largest_weight(const struct vw_validation *validation) {
+    double most = 0;
+    for (uint32_t i = 0; i < validation->view_count; i++) most = fmax(most, validation->weights[i]);
+    return most;
+}
+
+static bool has_weights(const struct vw_validation *validation) {
+    bool differ = false;
+    for (uint32_t i = 0; i < validation->view_count; i++) differ |= validation->weights[i] != 1;
+    return differ;
+}
+
+// Multiplies the weights of the rays in the views' ranges, of which there may be none.
+static enum vw_status weigh_rays(const struct vw_validation *validation, struct vw_buffer *ranges,
+                                 struct vw_ray *rays) {
+    if (!ranges) return VW_OK;
+    struct vw_ray_range *of_views = vw_allocate(validation->view_count, sizeof *of_views);
+    if (!of_views) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_buffer_read(ranges, 0, of_views, validation->view_count * sizeof *of_views);
+    for (uint32_t v = 0; v < validation->view_count && !status; v++)
+        for (uint32_t i = of_views[v].first; i < of_views[v].first + of_views[v].count; i++)
+            rays[i].target_weight.w *= (float)(validation->weights[v] / largest_weight(validation));
+    free(of_views);
+    return status;
+}
+
+static enum vw_status create_weighted_rays(struct vw_adjoint_passes *backward, struct vw_ray *rays) {
+    const struct vw_validation *validation = backward->context->validation;
+    uint64_t bytes = vw_buffer_size_bytes(backward->val_rays);
+    const struct vw_buffer_row buffers[] = {{&backward->plain_rays, "plain_rays", bytes},
+                                            {&backward->weighted_rays, "weighted_rays", bytes}};
+    if (!has_weights(validation)) return VW_OK;
+    enum vw_status status = vw_buffers_create(&backward->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+    if (!status) status = vw_buffer_write(backward->plain_rays, 0, rays, bytes);
+    if (!status) status = weigh_rays(validation, validation->ranges, rays);
+    if (!status) status = weigh_rays(validation, validation->view_fit.ranges, rays);
+    return status ? status : vw_buffer_write(backward->weighted_rays, 0, rays, bytes);
+}
+
 // Rays that are padding have no slope, and never get one.
 static enum vw_status create_val_rays(struct vw_adjoint_passes *backward) {
     uint64_t bytes = vw_buffer_size_bytes(backward->val_rays);
@@ -79,6 +120,7 @@ static enum vw_status create_val_rays(struct vw_adjoint_passes *backward) {
     for (uint64_t i = 0; i < bytes / sizeof *rays; i++)
         rays[i].target_weight = (vw_float4){.w = rays[i].target_weight.w};
     if (!status) status = vw_buffer_write(backward->val_rays, 0, rays, bytes);
+    if (!status) status = create_weighted_rays(backward, rays);
     free(rays);
     return status;
 }
@@ -350,11 +392,14 @@ static void record_views_back(const struct vw_adjoint_passes *backward, struct v
 void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                              uint32_t scalar_row, uint32_t states) {
     const struct vw_validation *validation = backward->context->validation;
-    double values = 0.0;
-    for (uint32_t i = 0; i < validation->view_count; i++) values += 3.0 * validation->pixel_counts[i];
+    double values = 0.0, weights = 0.0, most = largest_weight(validation);
+    for (uint32_t i = 0; i < validation->view_count; i++) {
+        values += validation->weights[i] * 3.0 * validation->pixel_counts[i];
+        weights += validation->weights[i];
+    }
     // The passes back take a third of a ray's slope and divide by the rays of a step.
     double undo = 3.0 * backward->context->step->rays / states,
-           factors[ADJOINT_OF_VIEWS] = {undo / validation->view_count, undo / values};
+           factors[ADJOINT_OF_VIEWS] = {undo * most / weights, undo * most / values};
     record_restore(backward, submission, backward->blocks.after);
     vw_validation_record(validation, submission, scalar_row);
     for (uint32_t i = 0; i < backward->measure_count; i++) {
@@ -364,6 +409,9 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
                                       .measure = of_view ? ADJOINT_PSNR : i,
                                       .only_view = of_view ? i - ADJOINT_OF_VIEWS : VW_ALL_VIEWS,
                                       .unscale = (float)(of_view ? undo : factors[i])};
+        if (backward->weighted_rays)
+            vw_submission_copy(submission, of_view ? backward->plain_rays : backward->weighted_rays, 0,
+                               backward->val_rays, 0, vw_buffer_size_bytes(backward->val_rays));
         vw_submission_dispatch(submission, backward->slope_views, &push, sizeof push, 64ull * push.count);
         push.count = validation->evaluator.ray_count;
         vw_submission_dispatch(submission, backward->normalise_views, &push, sizeof push, 1);

@@ -41,7 +41,9 @@ struct vw_adjoint_passes {
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
     struct vw_buffer *places;   // the places of all samples of a step, with importance samples: they are held fixed
     struct vw_buffer *val_rays; // vw_ray per ray of validation: slopes in place of targets
-    struct vw_buffer *rows;     // READBACK: vec4 per step of a submission and measure
+    // val_rays as they begin, for a single view and for all of them, where views have weights: the rays have these.
+    struct vw_buffer *plain_rays, *weighted_rays;
+    struct vw_buffer *rows;                        // READBACK: vec4 per step of a submission and measure
     struct vw_gradient_passes product, validation; // from slopes that are given
     struct vw_field_passes forward;                // for colours forward and backward along it: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;

@@ -17,6 +17,10 @@ enum vw_status vw_validation_list_views(const struct vw_scene *scene, struct vw_
     if (!status && !validation->view_count)
         status = vw_fail(VW_ERROR_INPUT, "%s: no view is left to validate on; check the splits or give --val FILE",
                          scene->path);
+    if (!status) validation->weights = vw_allocate(validation->view_count, sizeof *validation->weights);
+    if (!status && !validation->weights) status = VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < validation->view_count && !status; i++)
+        validation->weights[i] = scene->views[validation->views[i]].weight;
     return status;
 }
 
@@ -130,6 +134,7 @@ void vw_validation_destroy(struct vw_validation *validation) {
     vw_evaluator_destroy(&validation->evaluator);
     free(validation->views);
     free(validation->pixel_counts);
+    free(validation->weights);
 }
 
 void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission,
@@ -151,19 +156,20 @@ struct vw_field_measurement vw_validation_read(const struct vw_validation *valid
                                                struct vw_view_error *views) {
     const vw_float4 *sums = rows + 1;
     struct vw_field_measurement measurement = {0};
-    double squared = 0.0, absolute = 0.0, psnr = 0.0, values = 0.0;
+    double squared = 0.0, absolute = 0.0, psnr = 0.0, values = 0.0, weights = 0.0;
     for (uint32_t i = 0; i < validation->view_count; i++) {
         double view_squared = (double)sums[i].x + sums[i].y, view_absolute = (double)sums[i].z + sums[i].w;
-        double view_values = 3.0 * validation->pixel_counts[i];
+        double view_values = 3.0 * validation->pixel_counts[i], weight = validation->weights[i];
         struct vw_view_error error = {.mse = view_squared / view_values, .l1 = view_absolute / view_values};
         if (views) views[i] = error;
-        psnr += vw_psnr_db(error.mse);
+        psnr += weight * vw_psnr_db(error.mse);
         measurement.floored_views += error.mse < VW_MSE_FLOOR;
-        squared += view_squared;
-        absolute += view_absolute;
-        values += view_values;
+        squared += weight * view_squared;
+        absolute += weight * view_absolute;
+        values += weight * view_values;
+        weights += weight;
     }
-    measurement.val_psnr = psnr / validation->view_count;
+    measurement.val_psnr = psnr / weights;
     measurement.val_psnr_pooled = vw_psnr_db(squared / values);
     measurement.val_l1 = absolute / values;
     measurement.finite = isfinite(squared) && isfinite(absolute);

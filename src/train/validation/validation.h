@@ -14,6 +14,7 @@
 struct vw_validation {           // all zero in a training without validation
     uint32_t *views, view_count; // owned; scene indices
     uint32_t *pixel_counts;      // owned; pixels with weight, per view
+    double *weights;             // owned; per view, in the means over the views
     uint32_t ray_count;          // rays that are scored; those to fit views on follow them
     struct vw_evaluator evaluator;
     struct vw_gpu_objects objects; // owned: the buffers and passes that follow
