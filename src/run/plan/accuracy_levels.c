@@ -43,7 +43,7 @@ static const struct vw_accuracy_level levels[] = {
     {{"standard", 45, "less detail, and ranks that a longer training may change: fewer rays, samples and epochs"},
      {0},
      {0}},
-    {{"reference", 60, ""}, {500, 32, 64, 2048, 16, 12, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
+    {{"reference", 80, ""}, {500, 32, 64, 2048, 16, 12, 32, 80}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
 };
 
 uint32_t vw_accuracy_level_count(void) { return VW_ARRAY_COUNT(levels); }
