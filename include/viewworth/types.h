@@ -18,6 +18,9 @@ enum {
 // Views of a scene. Ranks compare every two photos, so that more would keep a command busy for minutes.
 enum { VW_VIEWS_MOST = 1 << 15 };
 
+// Returns whether a number may be the weight of a validation photo: 0, or within bounds in which no mean loses digits.
+static inline bool vw_val_weight_is_valid(double weight) { return weight == 0 || (weight >= 1e-3 && weight <= 1e3); }
+
 // ---- Pixels ----
 
 enum vw_pixel_format { VW_PIXEL_UINT8, VW_PIXEL_UINT16, VW_PIXEL_FLOAT32 };

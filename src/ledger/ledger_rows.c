@@ -139,14 +139,15 @@ static enum vw_status read_weights(struct vw_ledger *ledger, struct vw_ledger_im
     const char *json = ledger->run.scene_options_json;
     json_t *options = vw_json_load(json, strlen(json), 0, NULL), *weights = json_object_get(options, "weights");
     size_t read = 0;
-    bool valid = true;
+    bool valid = true, weighted = false;
     for (uint64_t i = 0; i < count; i++) {
         const json_t *weight = strcmp(images[i].split, "val") == 0 ? json_object_get(weights, images[i].name) : NULL;
         images[i].weight = weight ? json_number_value(weight) : 1;
-        valid &= !weight || (json_is_number(weight) && images[i].weight >= 0);
+        valid &= !weight || (json_is_number(weight) && vw_val_weight_is_valid(images[i].weight));
+        weighted |= images[i].weight > 0 && !strcmp(images[i].split, "val");
         read += weight != NULL;
     }
-    valid &= !weights || (json_is_object(weights) && json_object_size(weights) == read);
+    valid &= !weights || (json_is_object(weights) && json_object_size(weights) == read && weighted);
     json_decref(options);
     return valid ? VW_OK : vw_ledger_fail_column(ledger, "scene_options_json");
 }

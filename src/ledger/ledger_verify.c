@@ -228,9 +228,9 @@ enum vw_status vw_ledger_verify(struct vw_ledger *ledger) {
     struct verification verification = {.database = &ledger->database, .ledger = ledger};
     enum vw_status status = vw_database_begin_reading(verification.database);
     if (status) return status;
-    status = vw_ledger_load_images(ledger);
-    if (!status) status = verify_belonging(verification.database);
+    status = verify_belonging(verification.database);
     if (!status) status = verify_run(&verification);
+    if (!status) status = vw_ledger_load_images(ledger); // verify_steps needs their weights
     if (!status) status = verify_steps(&verification);
     if (!status) status = vw_ledger_verify_lasting(verification.database, verification.head);
     if (!status) status = verify_final_hash(&verification);

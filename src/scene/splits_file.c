@@ -66,7 +66,7 @@ static void read_weights(struct reading *reading, json_t *weights) {
             vw_json_refuse(&reading->reader, "weights", "%s is not in val; remove it from the weights", name);
         else if (!json_is_number(value) || !vw_val_weight_is_valid(json_number_value(value)))
             vw_json_refuse(&reading->reader, "weights",
-                           "that of %s is not a weight; write 0, or a number from 1e-9 to 1e9", name);
+                           "that of %s is not a weight; write 0, or a number from 0.001 to 1000", name);
         else if (view) reading->weights[view - reading->scene->views] = json_number_value(value);
         if (reading->reader.status) return;
     }

@@ -8,13 +8,10 @@
 #include "base/csv.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "scene/builder.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
-
-bool vw_val_weight_is_valid(double weight) {
-    return weight == 0 || (weight >= VW_VAL_WEIGHT_LEAST && weight <= VW_VAL_WEIGHT_MOST);
-}
 
 // ---- The file ------------------------------------------------------------------------------------------------------
 
@@ -29,7 +26,7 @@ static enum vw_status read_weight(const struct vw_csv *csv, struct vw_scene *sce
     const char *name = csv->fields[0], *text = csv->fields[1];
     struct vw_view *view = vw_scene_find_named(scene, name);
     char *end = NULL;
-    double weight = isspace((unsigned char)*text) ? NAN : strtod(text, &end);
+    double weight = isspace((unsigned char)*text) || strpbrk(text, "xX") ? NAN : strtod(text, &end);
     if (!view)
         return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them",
                        csv->path, csv->line, name);
@@ -38,11 +35,14 @@ static enum vw_status read_weight(const struct vw_csv *csv, struct vw_scene *sce
                        "%s:%u: %s is in the split %s, and only validation photos have weights; remove "
                        "the row, or move the photo by --val or --splits",
                        csv->path, csv->line, name, vw_split_name(view->split));
+    if (!vw_text_is_clean(name))
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: the photo's name is not UTF-8; rename it to give it a weight", csv->path,
+                       csv->line);
     if (named[view - scene->views])
         return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a weight already; keep one row of it", csv->path, csv->line,
                        name);
     if (!end || end == text || *end || !vw_val_weight_is_valid(weight))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: \"%s\" is not a weight; write 0, or a number from 1e-9 to 1e9",
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: \"%s\" is not a weight; write 0, or a number from 0.001 to 1000",
                        csv->path, csv->line, text);
     named[view - scene->views] = true;
     view->weight = weight;

@@ -8,11 +8,6 @@
 
 #include "viewworth/scene.h"
 
-// Bounds of a weight, which may also be 0. Within them no mean loses digits.
-#define VW_VAL_WEIGHT_LEAST 1e-9
-#define VW_VAL_WEIGHT_MOST 1e9
-
-bool vw_val_weight_is_valid(double weight);
 // Returns whether a validation photo has another weight than 1.
 bool vw_scene_has_weights(const struct vw_scene *scene);
 // Adds the key "weights" to an object, with the names of such photos and their weights; nothing without such photos.

@@ -35,8 +35,8 @@ static enum vw_status create_columns(const struct vw_matrix *matrix, struct colu
 }
 
 // Adds the columns of a view; call it with the views in order. Ranks alone matter, so that sums of weighted entries are
-// divided by counts. It uses sums on both sides, not a difference from the
-// whole sum, which would cancel if one view outweighs all others.
+// divided by counts. It uses sums on both sides, not a difference from the whole sum, which would cancel if one view
+// outweighs all others.
 static void take_columns(const struct vw_matrix *matrix, uint32_t view, struct columns *columns) {
     uint32_t count = matrix->view_count;
     for (uint32_t p = 0; p < matrix->photo_count; p++) {

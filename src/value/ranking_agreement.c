@@ -118,11 +118,10 @@ double vw_ranking_agreement_predict(const struct vw_ledger_score *scores, uint32
 enum vw_status vw_ranking_agreement_measure(const struct vw_value_input *input, const struct vw_matrix *matrix,
                                             const struct vw_ledger_score *scores, uint32_t score_count,
                                             struct vw_ranking_agreement *agreement) {
-    *agreement = (struct vw_ranking_agreement){.view_count = matrix->view_count,
-                                               .epoch_halves = NAN,
-                                               .better_training = vw_ranking_agreement_predict(scores, score_count),
-                                               .view_halves = NAN};
+    *agreement = (struct vw_ranking_agreement){
+        .epoch_halves = NAN, .better_training = vw_ranking_agreement_predict(scores, score_count), .view_halves = NAN};
+    for (uint32_t v = 0; v < matrix->view_count; v++) agreement->view_count += vw_matrix_weight(matrix, v) > 0;
     enum vw_status status = measure_epochs(input, agreement);
-    if (status || matrix->view_count < 2 || !matrix->visit_count) return status;
+    if (status || agreement->view_count < 2 || !matrix->visit_count) return status;
     return measure_views(input, matrix, agreement);
 }

@@ -176,7 +176,8 @@ FOLDER_TEST(bad_weights_are_refused) {
         {"name,weight\n00.png,2x\n", "weights.csv:2: ", "is not a weight"},
         {"name,weight\n00.png,\n", "weights.csv:2: ", "is not a weight"},
         {"name,weight\n00.png, 1\n", "weights.csv:2: ", "is not a weight"},
-        {"name,weight\n00.png,1e-10\n", "weights.csv:2: ", "1e-9 to 1e9"},
+        {"name,weight\n00.png,1e-4\n", "weights.csv:2: ", "0.001 to 1000"},
+        {"name,weight\n00.png,0x10\n", "weights.csv:2: ", "\"0x10\" is not a weight"},
         {"name,weight\n00.png,0\n08.png,0\n", "weights.csv: ", "all validation photos"},
     };
     tiny_scene_write(*state, &(struct tiny_scene){.count = 14});

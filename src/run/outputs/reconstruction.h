@@ -20,9 +20,9 @@ struct vw_reconstruction_params {
     const char *out;
 };
 
-// Renders the middle of the validation photos, at most VW_RECONSTRUCTION_VIEWS_MAX of them, measures those that show
-// something there, and writes
-// OUT/reconstruction.json: the object of value/verdict.h, and "scene_hash" in hex. Notes the file in `made`.
+// Renders the middle of the validation photos, at most VW_RECONSTRUCTION_VIEWS_MAX of them and whatever their weights,
+// measures those that show something there, and writes OUT/reconstruction.json: the object of value/verdict.h, and
+// "scene_hash" in hex. Notes the file in `made`.
 enum { VW_RECONSTRUCTION_VIEWS_MAX = 16 };
 enum vw_status vw_reconstruction_write(const struct vw_reconstruction_params *params, struct vw_checksums *made,
                                        struct vw_reconstruction *reconstruction);
