@@ -88,9 +88,9 @@ check "placed samples are tried without occupancy" sweep placed "${placed[@]}"
 check "all of them" test -d "$folder/placed/configurations/importance-samples-8" -a -d "$folder/placed/configurations/importance-samples-32"
 check "and rates that fall" test "$(sqlite3 "$folder/placed/configurations/learning-rate-decay-0.3/seed_0/ledger.db" \
     "SELECT json_extract(config_json, '\$.learning_rate_decay') FROM run")" = 0.3
-check "values that end within burn-in are left out" sweep late --parameters epochs,accuracy --halves 0 --burn-in 60 --epochs 61
+check "values that end within burn-in are left out" sweep late --parameters epochs,accuracy --halves 0 --burn-in 80 --epochs 81
 check "and those beside them are not" test "$(ask late "SELECT group_concat(configuration, ' ') FROM metric WHERE method = 'dv_psnr'")" = \
-    "base full_resolution epochs-122"
+    "base full_resolution epochs-162"
 
 # ---- Resuming ----
 
