@@ -105,7 +105,7 @@ check "and without a step" test -z \
 check "without halves there is no LDS" test -z "$(ask late 'SELECT max(lds) FROM metric')"
 ask late "UPDATE measurement SET value = 1 WHERE quantity = 'val_psnr'"
 check "an edited measurement is refused" fails 1 'tradeoff.db: measurement val_psnr of .* was edited' \
-    sweep_it late --parameters epochs,accuracy --halves 0 --burn-in 60 --epochs 61 --quiet
+    sweep_it late --parameters epochs,accuracy --halves 0 --burn-in 80 --epochs 81 --quiet
 
 # ---- What is refused, before anything is written ----
 

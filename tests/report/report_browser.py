@@ -12,6 +12,7 @@ import os
 import re
 import statistics
 import sys
+import time
 
 from selenium.common.exceptions import WebDriverException
 
@@ -68,7 +69,10 @@ def charts_are_drawn(browser, folder):
         return seen.size; })"""
     for name, charts in (('run/report.html', 6), ('both.html', 7), ('all.html', 8), ('trade/report.html', 5),
                          ('trade_one/report.html', 2), ('trade_many/report.html', 5), ('traded.html', 13)):
-        colours = Page(browser, f'{folder}/{name}').run(count)
+        page = Page(browser, f'{folder}/{name}')
+        for _ in range(20): # a busy machine was seen to answer before the page was there
+            if len(colours := page.run(count)) == charts: break
+            time.sleep(0.25)
         expect(len(colours) == charts, f'{name}: {len(colours)} charts')
         expect(min(colours) > 5, f'{name}: blank: {colours} colours') # text alone has shades of grey; axes, lines and points more
 
