@@ -143,19 +143,14 @@ static enum vw_status assign_by_file(struct vw_scene_builder *builder, uint8_t *
     if (params->train_list || params->val_list || params->test_list)
         return vw_fail(VW_ERROR_USAGE, "--splits names the photos of all splits; leave out --train, --val and --test");
     builder->added = vw_allocate(scene->view_count, sizeof *builder->added);
-    double *weights = vw_allocate(scene->view_count, sizeof *weights);
-    for (uint32_t v = 0; weights && v < scene->view_count; v++) weights[v] = 1;
-    enum vw_status status = builder->added && weights
-                                ? vw_splits_file_read(scene, params->splits, claims, weights, &absent)
-                                : VW_ERROR_MEMORY;
+    enum vw_status status =
+        builder->added ? vw_splits_file_read(scene, params->splits, claims, &absent) : VW_ERROR_MEMORY;
     for (uint32_t v = 0; !status && v < scene->view_count; v++) {
         struct vw_view *view = &scene->views[v];
         builder->added[v] = !claims[v] && view->split != VW_SPLIT_EXCLUDED;
-        view->weight = weights[v];
         if (claims[v]) view->split = claims[v] - 1u;
         else if (builder->added[v]) view->split = VW_SPLIT_TRAIN;
     }
-    free(weights);
     return status || !absent ? status
                              : vw_scene_note(scene, "%u photos that %s names are not in the scene; they are skipped",
                                              absent, params->splits);

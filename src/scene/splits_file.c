@@ -17,10 +17,9 @@ static const size_t LIMIT_BYTES = (size_t)1 << 26;
 
 struct reading {
     struct vw_json_reader reader;
-    const struct vw_scene *scene;
+    struct vw_scene *scene;
     json_t *named; // owned; by name: its split
     uint8_t *claims;
-    double *weights;
     uint32_t claimed_count, absent_count; // names of photos that are in the scene, and that are not
 };
 
@@ -67,7 +66,7 @@ static void read_weights(struct reading *reading, json_t *weights) {
         else if (!json_is_number(value) || !vw_val_weight_is_valid(json_number_value(value)))
             vw_json_refuse(&reading->reader, "weights",
                            "that of %s is not a weight; write 0, or a number from 0.001 to 1000", name);
-        else if (view) reading->weights[view - reading->scene->views] = json_number_value(value);
+        else if (view) reading->scene->views[view - reading->scene->views].weight = json_number_value(value);
         if (reading->reader.status) return;
     }
 }
@@ -85,13 +84,11 @@ static void read_all(struct reading *reading, const json_t *root) {
                        "splits.json of a run of this scene");
 }
 
-enum vw_status vw_splits_file_read(const struct vw_scene *scene, const char *path, uint8_t *claims, double *weights,
-                                   uint32_t *absent_count) {
+enum vw_status vw_splits_file_read(struct vw_scene *scene, const char *path, uint8_t *claims, uint32_t *absent_count) {
     void *text = NULL;
     size_t size_bytes = 0;
     json_t *root = NULL;
-    struct reading reading = {
-        .reader.path = path, .scene = scene, .named = json_object(), .claims = claims, .weights = weights};
+    struct reading reading = {.reader.path = path, .scene = scene, .named = json_object(), .claims = claims};
     reading.reader.status = vw_file_read(path, LIMIT_BYTES, &text, &size_bytes);
     if (!reading.reader.status) reading.reader.status = vw_json_parse(path, text, size_bytes, &root);
     if (!reading.reader.status) read_all(&reading, root);

@@ -10,11 +10,10 @@
 #include "viewworth/status.h"
 
 // Reads such a file. `claims` has an entry per view, all 0 before: it becomes 1 + the split of a view that is named.
-// That of `weights` becomes the weight of a view that has one; others stay.
-// `*absent_count` counts names of photos that the scene does not have (any more). VW_ERROR_INPUT names the line and
-// column or the entry; also if a name is in two splits, or if no name is of this scene.
-enum vw_status vw_splits_file_read(const struct vw_scene *scene, const char *path, uint8_t *claims, double *weights,
-                                   uint32_t *absent_count);
+// A view that has a weight there gets it. `*absent_count` counts names of photos that the scene does not have (any
+// more). VW_ERROR_INPUT names the line and column or the entry; also if a name is in two splits, or if no name is of
+// this scene.
+enum vw_status vw_splits_file_read(struct vw_scene *scene, const char *path, uint8_t *claims, uint32_t *absent_count);
 
 // Makes the text of such a file for a scene, owned by the caller.
 enum vw_status vw_splits_file_make(const struct vw_scene *scene, char **text);

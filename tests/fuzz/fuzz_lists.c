@@ -5,12 +5,11 @@
 
 enum { VIEWS_MAX = 8 };
 
-static void try_splits(const struct vw_scene *scene, const char *path) {
+static void try_splits(struct vw_scene *scene, const char *path) {
     uint8_t claims[VIEWS_MAX] = {0};
-    double weights[VIEWS_MAX] = {0};
     uint32_t absent = 0, claimed = 0;
     fuzz_forget_message();
-    enum vw_status status = vw_splits_file_read(scene, path, claims, weights, &absent);
+    enum vw_status status = vw_splits_file_read(scene, path, claims, &absent);
     fuzz_check_message(status);
     for (uint32_t v = 0; v < scene->view_count; v++) {
         claimed += claims[v] > 0;
@@ -22,7 +21,7 @@ static void try_splits(const struct vw_scene *scene, const char *path) {
 // Tries a list of photos; the first byte says what kind of file the rest is.
 void fuzz_lists(const uint8_t *data, size_t size_bytes) {
     static const double least = 0.5;
-    const struct vw_scene *scene = fuzz_scene();
+    struct vw_scene *scene = fuzz_scene();
     bool chosen[VIEWS_MAX] = {0}, any = false;
     uint32_t passed_over = 0;
     char kind = size_bytes ? (char)data[0] : 0;

@@ -70,22 +70,15 @@ static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_
     return status;
 }
 
-// Returns the largest weight of a validation view. The rays of the others have a share of it, since slopes of at most 1
-// fit the fixed-point range.
 static double largest_weight(const struct vw_validation *validation) {
     double most = 0;
     for (uint32_t i = 0; i < validation->view_count; i++) most = fmax(most, validation->weights[i]);
     return most;
 }
 
-static bool has_weights(const struct vw_validation *validation) {
-    bool differ = false;
-    for (uint32_t i = 0; i < validation->view_count; i++) differ |= validation->weights[i] != 1;
-    return differ;
-}
-
-// Multiplies the weights of the rays in the views' ranges, of which there may be none.
-static enum vw_status weigh_rays(const struct vw_validation *validation, struct vw_buffer *ranges,
+// Multiplies the weights of the rays in the views' ranges, of which there may be none, by the views' weights as shares
+// of the largest: slopes of at most 1 fit the fixed-point range.
+static enum vw_status weigh_rays(const struct vw_validation *validation, double most, struct vw_buffer *ranges,
                                  struct vw_ray *rays) {
     if (!ranges) return VW_OK;
     struct vw_ray_range *of_views = vw_allocate(validation->view_count, sizeof *of_views);
@@ -93,7 +86,7 @@ static enum vw_status weigh_rays(const struct vw_validation *validation, struct 
     enum vw_status status = vw_buffer_read(ranges, 0, of_views, validation->view_count * sizeof *of_views);
     for (uint32_t v = 0; v < validation->view_count && !status; v++)
         for (uint32_t i = of_views[v].first; i < of_views[v].first + of_views[v].count; i++)
-            rays[i].target_weight.w *= (float)(validation->weights[v] / largest_weight(validation));
+            rays[i].target_weight.w *= (float)(validation->weights[v] / most);
     free(of_views);
     return status;
 }
@@ -103,11 +96,14 @@ static enum vw_status create_weighted_rays(struct vw_adjoint_passes *backward, s
     uint64_t bytes = vw_buffer_size_bytes(backward->val_rays);
     const struct vw_buffer_row buffers[] = {{&backward->plain_rays, "plain_rays", bytes},
                                             {&backward->weighted_rays, "weighted_rays", bytes}};
-    if (!has_weights(validation)) return VW_OK;
+    double most = largest_weight(validation);
+    bool weighted = false;
+    for (uint32_t v = 0; v < validation->view_count; v++) weighted |= validation->weights[v] != most;
+    if (!weighted) return VW_OK;
     enum vw_status status = vw_buffers_create(&backward->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
     if (!status) status = vw_buffer_write(backward->plain_rays, 0, rays, bytes);
-    if (!status) status = weigh_rays(validation, validation->ranges, rays);
-    if (!status) status = weigh_rays(validation, validation->view_fit.ranges, rays);
+    if (!status) status = weigh_rays(validation, most, validation->ranges, rays);
+    if (!status) status = weigh_rays(validation, most, validation->view_fit.ranges, rays);
     return status ? status : vw_buffer_write(backward->weighted_rays, 0, rays, bytes);
 }
 
