@@ -40,7 +40,7 @@ for scene in "$folder"/scenes/*.json; do
     check "$name predicts" eval 'told=$(predicted "$name")'
     true=$(agreement "$name")
     echo "$name: in the intervals $(tail -1 "$folder/contained"), predicted $told, true $true"
-    awk -v told="$told" -v true="$true" 'BEGIN {print told > true ? told - true : true - told}' >>"$folder/missed"
+    awk -v told="$told" -v true="$true" 'BEGIN {print sqrt((told - true) ^ 2)}' >>"$folder/missed"
 done
 check "intervals contain ranks of better trainings" mean_at_least 0.85 "$folder/contained"
 check "their agreement is predicted" mean_at_most 0.3 "$folder/missed"
