@@ -144,6 +144,9 @@ VW_ENUM(DISTORTION_ANY_LENS, 2) // further coefficients or fisheyes, told apart 
 VW_ENUM(BACKGROUND_NONE, 0)
 VW_ENUM(BACKGROUND_FIXED, 1)
 VW_ENUM(BACKGROUND_RANDOM, 2)
+// EFFECT_APPEARANCE
+VW_ENUM(APPEARANCE_GIVEN, 1)  // by the points of structure from motion: nothing moves it
+VW_ENUM(APPEARANCE_FITTED, 2) // by fit_photo at every visit
 
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
 VW_ENUM(RANDOM_JITTER, 3)
@@ -182,8 +185,8 @@ VW_ENUM(VW_SLOT_PEAK_TO, 26)     // vec4: copy_memory, multiply_registers
 VW_ENUM(VW_SLOT_SKY, 27)            // vec4 [VW_SKY_COLUMNS]: rgb coefficients, a range of the params; a stub without the effect
 VW_ENUM(VW_SLOT_D_SKY, 28)          // vec4 per ray: gradient by the sky's logit; likewise
 VW_ENUM(VW_SLOT_APPEARANCE, 29)      // vw_appearance per view: a range of the params
-VW_ENUM(VW_SLOT_D_APPEARANCE, 30)    // vw_appearance per ray: its share of the gradient, of the sum over rays; overwritten
-VW_ENUM(VW_SLOT_APPEARANCE_MOMENTS, 31) // vw_appearance_moments per view
+VW_ENUM(VW_SLOT_RENDERED, 30)        // vec4 per ray: rgb rendered, w its weight; only with APPEARANCE_FITTED, as the next
+VW_ENUM(VW_SLOT_PHOTO_SUMS, 31)      // vw_photo_sums per view
 VW_ENUM(VW_SLOT_FITS, 32)            // vw_appearance per validation view; overwritten by fit_views
 VW_ENUM(VW_SLOT_CODE_WEIGHTS, 33)    // vec4 [hidden unit][CODE4]: a range of the params
 VW_ENUM(VW_SLOT_CODES, 34)           // vec4 [view][CODE4]: a range of the params
@@ -301,14 +304,15 @@ struct vw_step_state {
     vw_uint view;        // the photo of the step, for the effects that have params of its own
 };
 
-// A photo's gain and bias: it shows rendered colours as (1 + gain) * rendered + bias, per channel. All 0: no change. w is unused.
+// A photo's gain and bias: it shows colours as (1 + gain) * colour + bias, per channel. All 0: no change. w is unused.
 struct vw_appearance {
     vw_float4 gain, bias;
 };
 
-struct vw_appearance_moments { // Adam's moments for one photo
-    vw_float4 gain1, gain2, bias1, bias2; // first and second moments
-    vw_uint visits;                       // its own step count
+// Sums over the rays of a photo's visits, older ones faded: of rendered colours L, L L, missing colours d (the photo's less L) and
+// L d. w of `rendered`: of the rays.
+struct vw_photo_sums {
+    vw_float4 rendered, squares, missing, products;
 };
 
 VW_ENUM(CODE4, 12) // numbers of a photo's code / 4: 48, as in NeRF-W (Martin-Brualla et al., CVPR 2021)
@@ -476,14 +480,13 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
     vw_uint count;           // rays; views; groups of rays
     vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views, gradient_sky and reduce_visibility have none
 };
-struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code, update_visibility, update_transient,
-                             // update_pose
+struct vw_push_update {      // update_grid, update_weights, fit_photo, update_code, update_visibility, update_transient, update_pose
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
     float extra;             // share by which the step is longer than at LEARNING_RATE: 0, below it where the rate has decayed, and what
                              // the gate of lasting credit tries
 };
-struct vw_push_gather {      // gather_grid, gather_weights, gather_photo, gather_code
+struct vw_push_gather {      // gather_grid, gather_weights, gather_code
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint adds;            // 1: add the gradient, unscaled, and clear it; 0: write it, as the step that follows takes it
 };

@@ -30,7 +30,7 @@ viewworth_add_shader(rays/composite_rays)
 viewworth_add_shader(effects/appearance/fit_views)
 viewworth_add_shader(rays/reduce_views)
 viewworth_add_shader(rays/backward_rays)
-viewworth_add_shader(rays/backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, appearance, visibility
+viewworth_add_shader(rays/backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, visibility, and what fit_photo needs
 viewworth_add_shader(effects/transient/backward_transient)
 viewworth_add_shader(effects/transient/backward_transient VARIANT effects DEFINE VW_RAY_EFFECTS)
 viewworth_add_shader(field_hash/backward_field)
@@ -50,7 +50,7 @@ viewworth_add_shader(effects/pose/gradient_positions VARIANT half DEFINE VW_HALF
 viewworth_add_shader(effects/pose/gradient_pose)
 viewworth_add_shader(rays/reduce_loss)
 viewworth_add_shader(effects/transient/update_transient)
-viewworth_add_shader(effects/appearance/update_appearance)
+viewworth_add_shader(effects/appearance/fit_photo)
 viewworth_add_shader(effects/appearance_code/update_code)
 viewworth_add_shader(effects/pose/update_pose)
 viewworth_add_shader(effects/visibility/update_visibility)
@@ -67,7 +67,6 @@ viewworth_add_shader(adjoint/difference_rays VARIANT effects DEFINE VW_RAY_EFFEC
 viewworth_add_shader(adjoint/normalise_slopes)
 viewworth_add_shader(adjoint/gather_grid)
 viewworth_add_shader(adjoint/gather_weights)
-viewworth_add_shader(adjoint/gather_photo)
 viewworth_add_shader(adjoint/gather_code)
 viewworth_add_shader(splats/mark_tiles) # splats, up to update_splats
 viewworth_add_shader(splats/project_splats)

@@ -78,6 +78,24 @@ struct vw_box {
     double half_extent_world; // > 0; the box is a cube
 };
 
+// The exposure of a photo beside the others, estimated from the points that it shares with them: it shows what the
+// median photo shows as (1 + gain) * colour + bias, per channel, colours as stored in [0,1].
+struct vw_exposure {
+    double gain[3], bias[3];    // 0, the identity, for a photo that is not trained on or has fewer than 8 observations
+    uint32_t observation_count; // its usable pixels of points that another train photo sees
+    // Mean squared differences from what the other photos of its points predict, on points that the estimate has not
+    // seen: of photos as they are, and by exposures; and the standard error of what exposures take off. NaN: unknown.
+    double error_without, error_with, reduction_stderr;
+};
+
+struct vw_scene;
+// Returns whether points can tell exposures: at least half of the train photos share 8 of them with others. Looks at no
+// pixel.
+bool vw_scene_tells_exposures(const struct vw_scene *scene);
+
+// Returns how bright the photo shows mid-grey beside the median photo: 1 alike, 0.5 half as bright.
+double vw_exposure_brightness(const struct vw_exposure *exposure);
+
 struct vw_name_index;
 struct vw_photo_source;
 
@@ -100,8 +118,9 @@ struct vw_scene {
     uint32_t note_count;
     const char *missing; // borrowed from the notes: what was left out because its image file is missing; NULL: nothing
     struct vw_photo_source *source; // owned; private: the photos' files and the place of their pixels; NULL: a recipe
+    struct vw_exposure *exposures;  // owned; private: see vw_scene_estimate_exposures()
     // Hash of everything above that training depends on: names, splits, weights, image hashes, masks, cameras, poses,
-    // near and far, box, background, points and the views that see them, downscale; not of the path.
+    // near and far, box, background, points, the views that see them and where, downscale; not of the path.
     uint8_t hash[VW_HASH_BYTES];
 };
 
@@ -145,6 +164,12 @@ void vw_scene_close(struct vw_scene **scene);
 // was hashed. It changes nothing else of the scene.
 enum vw_status vw_scene_decode(const struct vw_scene *scene, const uint32_t *views, uint32_t count);
 enum vw_status vw_scene_decode_all(const struct vw_scene *scene);
+
+// Returns the exposures of all views, owned by the scene. The first call estimates them, and decodes the train photos;
+// any thread may call it. Masked, transparent and saturated pixels take no part. Without points, and in a scene opened
+// with headers_only, all are the identity. All train photos of the scene take part, also those that a training leaves
+// out.
+enum vw_status vw_scene_estimate_exposures(const struct vw_scene *scene, const struct vw_exposure **exposures);
 
 // Limits the memory that the pixels of scenes opened from now on may take; 0, the default: half of the machine's. It is
 // never more than the machine has.

@@ -178,6 +178,8 @@ enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *
 // config->effects names it.
 enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                        uint32_t count);
+// Returns the verdict on the effect of that name; NULL for one that is not in the list.
+struct vw_effect_verdict *vw_effects_find(struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
 // Returns whether the effect of that name is on; false for one that is not in the list.
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
 // Returns whether an effect is on that fits each measured view on its left half, so that only the right half is scored.

@@ -1,7 +1,7 @@
 // The curvature product at the colours of training rays: first the colours ahead along the direction, then those
 // behind; their difference times the loss's curvature is the slope from which the gradient is taken back, and replaces
-// the ray's target. One ray per invocation. Variant VW_RAY_EFFECTS: sky, appearance and visibility, as in
-// backward_rays; how visible a ray is, is held fixed.
+// the ray's target. One ray per invocation. Variant VW_RAY_EFFECTS: sky and visibility, as in backward_rays; how
+// visible a ray is, is held fixed.
 #include "effects/seen.glsl"
 #include "rays/composite.glsl"
 #include "rays/loss.glsl"
@@ -16,7 +16,6 @@ PUSH uniform Push { vw_push_difference push; };
 
 #ifdef VW_RAY_EFFECTS
 BUFFER(VW_SLOT_VISIBILITY) readonly buffer Visibility { vec2 visibility[]; };
-BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 #endif
 
 vec3 seen_colour(vw_ray ray, uint index, uint ray_index) {
@@ -25,7 +24,7 @@ vec3 seen_colour(vw_ray ray, uint index, uint ray_index) {
     ray_march forward = ray_march(0.0, vec3(0.0));
     for (uint i = 0u; i < count; i++) march(forward, field[first + i], length_of(ray, first + i, i));
     vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
-    return seen_by_photo(state.view, forward.colour + transmittance(forward.tau) * backdrop);
+    return forward.colour + transmittance(forward.tau) * backdrop;
 }
 
 void main() {

@@ -2,16 +2,14 @@
 // the optimiser of the field counts. Used by update passes of one workgroup.
 #ifndef PHOTO_ADAM_GLSL
 #define PHOTO_ADAM_GLSL
-#include "effects/appearance/appearance.glsl"
 #include "networks/adam.glsl"
+#include "networks/photo_ridge.glsl"
 
 BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };
 
-// A photo is visited once an epoch, the field at every step: so its gain, bias and code move by a multiple of the
-// learning rate. The multiple falls as they settle, since the field has to bear it when they waver: on
-// scenes/exposure.json gains reached 23.0 dB (two seeds), with multiples that stay at 3, 10 and 30 only 22.5, 22.6
-// and 21.5.
+// A photo is visited once an epoch, the field at every step: so its code moves by a multiple of the learning rate. The
+// multiple falls as codes settle, since the field has to bear it when they waver.
 const float PHOTO_RATE = 20.0;
 float photo_rate(uint visits) { return PHOTO_RATE * inversesqrt(float(visits)); }
 

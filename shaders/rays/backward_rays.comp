@@ -1,6 +1,6 @@
 // One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples'
 // rgb and raw density, and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their
-// number. Sky, appearance and visibility are in the variant VW_RAY_EFFECTS alone (seen.glsl).
+// number. Sky, visibility and what appearance is fitted on are in the variant VW_RAY_EFFECTS alone (seen.glsl).
 #define SEES_BACK
 #include "effects/seen.glsl"
 #include "rays/composite.glsl"
@@ -36,8 +36,7 @@ void main() {
     float left = transmittance(forward.tau);
     vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
     vec3 behind = left * backdrop;
-    vec3 rendered = forward.colour + behind, seen = seen_by_photo(state.view, rendered);
-    vec3 error = seen - ray.target_weight.rgb;
+    vec3 seen = forward.colour + behind, error = seen - ray.target_weight.rgb;
     vec3 value, slope;
     for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
     if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
@@ -56,7 +55,7 @@ void main() {
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // the step is not taken
 
     vec3 d_colour = share * slope;
-    seen_back(ray_index, state.view, rendered, backdrop, left, d_colour);
+    seen_back(ray_index, seen, 3.0 * share, backdrop, left, d_colour);
     for (uint i = count; i-- > 0u;)
         d_field[first + i] =
             march_back(behind, d_field[first + i].w, field[first + i], length_of(ray, first + i, i), d_colour);

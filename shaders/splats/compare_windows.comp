@@ -10,7 +10,6 @@ BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_COLOURS) readonly buffer Colours { vec4 colours[]; };
 BUFFER(VW_SLOT_SPLAT_VIEWS) readonly buffer Views { vw_splat_view views[]; };
 BUFFER(VW_SLOT_SPLAT_TILES) readonly buffer Tiles { vw_splat_tile tiles[]; };
-BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 BUFFER(VW_SLOT_D_WINDOWS) writeonly buffer DWindows { vec4 d_windows[]; };
 PUSH uniform Push { vw_push_splats push; };
 
@@ -136,7 +135,7 @@ void main() {
     uint index = ((tile + of_square.y * there.x + of_square.x) * SPLAT_SIDE + in_tile.y) * SPLAT_SIDE + in_tile.x;
     vw_ray ray = rays[index];
     vec4 blended = colours[index];
-    vec3 seen = seen_by_photo(state.view, blended.rgb + blended.a * backdrop_colour(ray, index, push.key));
+    vec3 seen = blended.rgb + blended.a * backdrop_colour(ray, index, push.key);
     vec3 photo = ray.target_weight.rgb;
     float weight = mix(0.0, ray.target_weight.w, drawn);
 

@@ -1,6 +1,6 @@
 // The colour seen at every pixel of the tiles, its loss, and the gradients by the blended colour and by what is left of
-// the light from beyond. Gradients are of the sum over rays; the optimiser divides by their number. Sky and appearance
-// are in the variant VW_RAY_EFFECTS alone (seen.glsl).
+// the light from beyond. Gradients are of the sum over rays; the optimiser divides by their number. The sky, and
+// what fit_photo needs, are in the variant VW_RAY_EFFECTS alone (seen.glsl).
 #define SEES_BACK
 #include "effects/seen.glsl"
 #include "rays/loss.glsl"
@@ -24,8 +24,7 @@ void main() {
     bool drawn = index < push.tile_count * SPLAT_SIDE * SPLAT_SIDE;
     vec4 blended = mix(vec4(0.0), colours[index], bvec4(drawn)); // rays that the photo has no tiles for weigh 0
     vec3 backdrop = backdrop_colour(ray, index, push.key);
-    vec3 rendered = blended.rgb + blended.a * backdrop, seen = seen_by_photo(state.view, rendered);
-    vec3 error = seen - ray.target_weight.rgb;
+    vec3 seen = blended.rgb + blended.a * backdrop, error = seen - ray.target_weight.rgb;
     vec3 value, slope;
     for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
     if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
@@ -39,6 +38,6 @@ void main() {
     }
     ray_loss[index] = loss;
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // nor here
-    seen_back(index, state.view, rendered, backdrop, blended.a, d_colour);
+    seen_back(index, seen, ray.target_weight.w, backdrop, blended.a, d_colour);
     d_colours[index] = vec4(d_colour, dot(d_colour, backdrop));
 }

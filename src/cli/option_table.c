@@ -221,7 +221,7 @@ const struct vw_option vw_option_table[] = {
      "with some added (+) and removed (-)",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(EFFECTS, config.effects), COMMON, .words = "auto none"},
     {"pilot-steps", "N",
-     "Steps of each short training that measures what an effect gains; 0: the scene's files alone decide",
+     "Steps of each short training that measures what an effect gains; 0: files and points alone decide",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps), RANGE(0, VW_PILOT_STEPS_MOST),
      DEFAULT("by the length of the run")},
     {"background", NULL,

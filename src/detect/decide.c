@@ -6,12 +6,16 @@
 
 #include "base/memory.h"
 #include "detect/facts.h"
+#include "detect/photometric.h"
 #include "detect/pilots.h"
+#include "detect/points.h"
 #include "train/effects/registry.h"
 #include "train/effects/wide_box.h"
 
-static const double PRICE_DB = 0.1;     // least gain of an effect
-static const double EMPTY_SHARE = 0.25; // share of the box; occupancy saves no time if less is empty
+static const double PRICE_DB = 0.1; // least gain of an effect
+// With fewer observations outside the box, less of the photos without points, and an inner region that is nearly all of
+// the box, nothing worth an effect lies beyond it.
+static const double OUTSIDE_SHARE = 0.005, BARE_SHARE = 0.15, INNER_SHARE = 0.9;
 
 // The measurement of a fact: it calls for its effect when it reaches the threshold.
 static const struct detector {
@@ -30,6 +34,27 @@ static const struct detector *find_fact(const char *effect) {
     return NULL;
 }
 
+// Judges appearance by the points that photos share, if the choice leaves it open.
+static enum vw_status find_appearance(const struct vw_scene *scene, const char *choice,
+                                      struct vw_effect_verdict *verdicts, uint32_t count) {
+    struct vw_photometric_evidence evidence;
+    struct vw_effect_verdict *verdict = vw_effects_find(verdicts, count, "appearance");
+    if (!vw_scene_tells_exposures(scene) || !vw_effects_leave_to_evidence(choice) ||
+        vw_effects_names(choice, "appearance"))
+        return VW_OK;
+    enum vw_status status = vw_photometric_measure(scene, &evidence);
+    if (status) return status;
+    verdict->evidence = evidence.gain_db;
+    verdict->evidence_stderr = evidence.stderr_db;
+    verdict->evidence_low = evidence.low_db;
+    verdict->threshold = PRICE_DB;
+    verdict->called_for = evidence.low_db >= PRICE_DB;
+    snprintf(verdict->measured_on, sizeof verdict->measured_on,
+             "exposures, at %d dB, by %llu observations of points in %u train photos", PHOTOMETRIC_LEVEL_DB,
+             (unsigned long long)evidence.observation_count, evidence.photo_count);
+    return VW_OK;
+}
+
 enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *choice,
                                      struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
     struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
@@ -43,7 +68,8 @@ enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *c
         decided[i].called_for = decided[i].evidence >= fact->threshold;
         snprintf(decided[i].measured_on, sizeof decided[i].measured_on, "the scene's files");
     }
-    enum vw_status status = vw_effects_choose(choice, decided, decided_count);
+    enum vw_status status = find_appearance(scene, choice, decided, decided_count);
+    if (!status) status = vw_effects_choose(choice, decided, decided_count);
     if (status) return status;
     memcpy(verdicts, decided, decided_count * sizeof *decided);
     *count = decided_count;
@@ -76,7 +102,6 @@ static uint32_t bits_of_conflicts(const struct search *search, const struct vw_e
 static bool is_possible(const struct search *search, uint32_t effect) {
     const struct vw_effect *it = &search->effects[effect];
     if (!(search->candidates >> effect & 1) || search->set >> effect & 1) return false;
-    if (it->requires && !(search->set & bit_of(search, it->requires))) return false;
     if (search->set & bits_of_conflicts(search, it)) return false;
     for (uint32_t i = 0; i < search->count; i++) { // the other way round
         const struct vw_effect *on = &search->effects[i];
@@ -104,13 +129,6 @@ static void describe_measurement(struct vw_effect_verdict *verdict, const struct
         snprintf(verdict->measured_on + used, room - (size_t)used, " no effect");
 }
 
-// Appends the gain beside evidence that is not one.
-static void append_gain(struct vw_effect_verdict *verdict, const struct vw_pilot_gain *gain) {
-    size_t used = strlen(verdict->measured_on);
-    snprintf(verdict->measured_on + used, sizeof verdict->measured_on - used, "; with it %+.2f +- %.2f dB",
-             gain->mean_db, gain->stderr_db);
-}
-
 // Judges the gain of an effect beside those chosen so far.
 static struct vw_pilot_gain judge(struct search *search, uint32_t effect) {
     const struct vw_pilot *without = vw_pilots_find(&search->pilots, search->set),
@@ -135,13 +153,20 @@ static enum vw_status make_pilots(struct search *search, const uint32_t *tried, 
     return vw_pilots_make(&search->pilots, sets, 1 + count);
 }
 
-// Adds the effect that gains most, if any is worth its price; *added tells.
-static enum vw_status take_round(struct search *search, uint32_t last, bool *added) {
+// Returns whether the effect waits until one beside which it is never called for has been tried: most often that one is
+// chosen, and a pilot is saved.
+static bool is_deferred(const struct search *search, uint32_t effect) {
+    return bits_of_conflicts(search, &search->effects[effect]) & search->candidates & ~search->set;
+}
+
+// Tries the effects, those that are deferred only on demand. Adds the one that gains most, if any is worth its price;
+// *added tells.
+static enum vw_status take_round(struct search *search, bool tries_deferred, bool *added) {
     uint32_t tried[VW_EFFECT_COUNT_MAX], count = 0, best = 0;
     double best_db = -INFINITY;
     *added = false;
     for (uint32_t i = 0; i < search->count; i++)
-        if (!(last >> i & 1) && is_possible(search, i)) tried[count++] = i;
+        if (is_possible(search, i) && (tries_deferred || !is_deferred(search, i))) tried[count++] = i;
     enum vw_status status = count ? make_pilots(search, tried, count) : VW_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
         struct vw_pilot_gain gain = judge(search, tried[i]);
@@ -157,35 +182,33 @@ static enum vw_status take_round(struct search *search, uint32_t last, bool *add
     return status;
 }
 
-// Judges occupancy, which skips samples in empty space. No clock may decide, so the empty share of the box replaces the
-// time; the pilot with it must not lose the price.
-static enum vw_status judge_occupancy(struct search *search, uint32_t occupancy) {
-    struct vw_effect_verdict *verdict = &search->verdicts[occupancy];
-    if (!is_possible(search, occupancy)) return VW_OK;
-    enum vw_status status = make_pilots(search, &occupancy, 0);
-    if (status) return status;
-    double empty = vw_pilots_find(&search->pilots, search->set)->empty_share;
-    struct vw_pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
-    if (empty >= EMPTY_SHARE) status = make_pilots(search, &occupancy, 1);
-    if (status) return status;
-    if (empty >= EMPTY_SHARE) gain = judge(search, occupancy);
-    else describe_measurement(verdict, search, &gain);
-    if (empty >= EMPTY_SHARE) append_gain(verdict, &gain);
-    verdict->called_for = empty >= EMPTY_SHARE && gain.mean_db > -PRICE_DB;
-    verdict->evidence = verdict->evidence_low = empty;
-    verdict->evidence_stderr = NAN;
-    verdict->threshold = EMPTY_SHARE;
-    if (verdict->called_for) search->set |= 1u << occupancy;
-    return VW_OK;
-}
-
 static enum vw_status run_search(struct search *search) {
-    uint32_t occupancy = bit_of(search, "occupancy");
     bool added = true;
     enum vw_status status = VW_OK;
-    while (added && !status) status = take_round(search, occupancy, &added);
-    for (uint32_t i = 0; i < search->count && !status; i++)
-        if (occupancy >> i & 1) status = judge_occupancy(search, i);
+    while (added && !status) {
+        status = take_round(search, false, &added);
+        if (!status && !added) status = take_round(search, true, &added);
+    }
+    return status;
+}
+
+// Rules out what lies beyond the box where the points say that nothing does.
+static enum vw_status rule_out(const struct vw_scene *scene, struct search *search) {
+    static const char *const beyond[] = {"sky", "unbounded", "wide_box"};
+    struct vw_point_evidence points;
+    enum vw_status status = vw_point_evidence_find(scene, &points);
+    bool within = points.known && points.outside_share < OUTSIDE_SHARE && points.bare_share < BARE_SHARE &&
+                  points.inner_share > INNER_SHARE;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(beyond) && !status && within; i++) {
+        struct vw_effect_verdict *verdict = vw_effects_find(search->verdicts, search->count, beyond[i]);
+        if (!(search->candidates & bit_of(search, beyond[i]))) continue;
+        search->candidates &= ~bit_of(search, beyond[i]);
+        snprintf(
+            verdict->measured_on, sizeof verdict->measured_on,
+            "ruled out: %.1f %% of the observations of points lie outside the box, %.0f %% of the photos' area has "
+            "no points",
+            100.0 * points.outside_share, 100.0 * points.bare_share);
+    }
     return status;
 }
 
@@ -202,8 +225,9 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
     // If all photos have transparent pixels, these show the background of the scene.
     if (vw_fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
     if (!(wide.half_extent_world > scene->box.half_extent_world)) candidates &= ~bit_of(search, "wide_box");
+    if (vw_scene_tells_exposures(scene)) candidates &= ~bit_of(search, "appearance"); // the points have told
     search->candidates = candidates;
-    return VW_OK;
+    return rule_out(scene, search);
 }
 
 static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,

@@ -1,9 +1,10 @@
 // The effects that a scene calls for.
 //
-// Facts come first: lenses, transparent pixels and mask files are read from the scene. Everything else is measured. The
-// search begins with the facts and with what `effects` adds to them. It makes paired pilots (pilots.h) with each
+// Facts come first: lenses, transparent pixels and mask files are read from the scene. Points of structure from motion
+// tell whether photos differ in exposure (photometric.h), and whether anything can lie beyond the box (points.h).
+// Everything else is measured. The search begins with what is on by then. It makes paired pilots (pilots.h) with each
 // further effect that is possible beside these, adds the one whose gain has the highest lower bound if that bound lies
-// above the price of PRICE_DB, and begins again. Occupancy comes last, since it gains time and no quality.
+// above the price of PRICE_DB, and begins again.
 #ifndef VIEWWORTH_DETECT_DECIDE_H
 #define VIEWWORTH_DETECT_DECIDE_H
 
@@ -18,7 +19,7 @@
 // verdicts, whatever the seed of the run.
 enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
                                  struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
-// Finds only the facts, with `effects` applied to them.
+// Finds only what files and points tell, with `effects` applied to it. May decode the train photos.
 enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *effects,
                                      struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
 

@@ -38,12 +38,6 @@ json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t co
     return array;
 }
 
-static struct vw_effect_verdict *find(struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(verdicts[i].name, name) == 0) return &verdicts[i];
-    return NULL;
-}
-
 // Returns NaN for null, and for keys that older ledgers lack.
 static double number_of(const json_t *entry, const char *key) {
     const json_t *value = json_object_get(entry, key);
@@ -53,7 +47,7 @@ static double number_of(const json_t *entry, const char *key) {
 static enum vw_status read_verdict(const json_t *entry, struct vw_effect_verdict *verdicts, uint32_t count) {
     const char *name = json_string_value(json_object_get(entry, "name"));
     const char *measured_on = json_string_value(json_object_get(entry, "measured_on"));
-    struct vw_effect_verdict *verdict = name ? find(verdicts, count, name) : NULL;
+    struct vw_effect_verdict *verdict = name ? vw_effects_find(verdicts, count, name) : NULL;
     if (!name) return vw_fail(VW_ERROR_INPUT, "run.effects_json of the ledger: an entry has no name");
     if (!verdict)
         return vw_fail(VW_ERROR_INPUT,

@@ -31,7 +31,6 @@ struct vw_pilot_fold {
 struct vw_pilot {
     uint32_t effects; // a bit for each effect that it simulates, by its place in the registry
     double psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX]; // for the photos held out; NaN if one has no usable pixel
-    double empty_share;                              // share of the box's cells; NaN with unbounded
     double ms_per_step;                              // shown, and decides nothing
     uint64_t device_bytes;
 };
@@ -52,13 +51,13 @@ struct vw_pilots {
 struct vw_pilots_params {
     struct vw_gpu *gpu;
     const struct vw_scene *scene;
-    const struct vw_config
-        *planned; // the run whose effects are decided: pilots have its samples and loss, and the hash grid
+    const struct vw_config *planned; // the run whose effects are decided: pilots have its loss and background
     uint32_t steps;
     bool masks, fits;
 };
 
-// Returns the config of every pilot, for a run with the config `planned`; a training has its fold's seed.
+// Returns the config of every pilot, a small hash grid, for a run with the config `planned`; a training has its fold's
+// seed.
 struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps);
 // Chooses the photos.
 enum vw_status vw_pilots_open(const struct vw_pilots_params *params, struct vw_pilots *pilots);

@@ -38,7 +38,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     }
     vw_shader_hash(shaders);
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth verdicts 1");
+    vw_hasher_add_text(&hasher, "viewworth verdicts 2");
     vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
     vw_hasher_add_text(&hasher, config);
     for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, inner.centre_world[i]);
@@ -73,26 +73,19 @@ static void hash_content(const uint8_t key[VW_HASH_BYTES], const char *json, cha
 
 // ---- Reading --------------------------------------------------------------------------------------------------------
 
-static const struct vw_effect_verdict *find(const struct vw_effect_verdict *verdicts, uint32_t count,
-                                            const char *name) {
-    for (uint32_t i = 0; name && i < count; i++)
-        if (strcmp(verdicts[i].name, name) == 0) return &verdicts[i];
-    return NULL;
-}
-
 // Checks the names against the registry: anyone who can write the file can also write its hash, and its text is
 // printed.
 static bool is_plausible(const struct vw_effect_verdict *verdicts, uint32_t count) {
     uint32_t known;
     const struct vw_effect *effects = vw_effects_get(&known);
     for (uint32_t i = 0; i < count; i++) {
-        const struct vw_effect_verdict *it = &verdicts[i], *required = find(verdicts, count, effects[i].requires);
+        const struct vw_effect_verdict *it = &verdicts[i];
         bool conflicts = false;
         for (uint32_t c = 0; c < VW_EFFECT_CONFLICTS_MAX && effects[i].conflicts[c].name; c++)
             conflicts |= vw_effects_is_on(verdicts, count, effects[i].conflicts[c].name);
         for (const char *c = it->measured_on; *c; c++)
             if (!isprint((unsigned char)*c)) return false;
-        if (it->called_for && ((required && !required->on) || conflicts)) return false;
+        if (it->called_for && (effects[i].on_request || conflicts)) return false;
         if (it->called_for && !(it->evidence_low >= it->threshold)) return false;
     }
     return count == known;

@@ -181,6 +181,14 @@ function choosePhoto(one, image, goes = true) {
   byId('photo-name').focus({preventScroll: true});
 }
 
+// Tells how bright a photo shows mid-grey beside the median photo, where a run has corrected it; null: it has not.
+function exposureOf(one, name) {
+  const effect = (Array.isArray(one.effects) ? one.effects : []).find(other => other.name === 'appearance');
+  const numbers = effect && effect.on && effect.exposures ? effect.exposures[name] : null;
+  if (!Array.isArray(numbers) || numbers.length !== 6 || !numbers.every(known) || !numbers.some(Boolean)) return null;
+  return fixed(1 + mean(numbers.slice(0, 3)) + 2 * mean(numbers.slice(3)), 2) + ' times as bright as the median photo, and corrected';
+}
+
 function photoFacts(one, image) {
   const {split, provider, ground_truth: truth} = one.images, name = one.images.name[image], facts = [['split', split[image]]];
   const groups = tablesNamed('duplicates.csv').filter(table => table.label === one.label).flatMap(recordsOf);
@@ -188,6 +196,8 @@ function photoFacts(one, image) {
   if (provider[image]) facts.push(['provider', provider[image]]);
   if (truth[image]) facts.push(['ground truth', truth[image] === 'clean' ? 'clean' : 'corrupted on purpose: ' + truth[image]]);
   facts.push(['near-duplicates', alike.map(row => row.name + (row.provider ? ' (' + row.provider + ')' : '')).join(', ') || 'none found']);
+  const exposure = exposureOf(one, name);
+  if (exposure) facts.push(['exposure', exposure]);
   const advised = adviceOf(one, image);
   if (advised) facts.push(['advice', advised]);
   return plainTable(['', ''], facts.map(([title, text]) => [element('th', {scope: 'row'}, title), element('td', {class: 'long'}, text)]));

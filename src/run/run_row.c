@@ -39,13 +39,29 @@ static bool add_box(json_t *array, const struct vw_box *box) {
                                                   box->centre_world[2], box->half_extent_world));
 }
 
+// Adds the exposures to the effect appearance, by photo: gains minus 1, then biases. run_id covers them, too.
+static bool add_exposures(json_t *array, const struct vw_run_exposure *exposures, uint32_t count) {
+    json_t *object = count ? json_object() : NULL;
+    for (uint32_t i = 0; i < count; i++) {
+        const double *n = exposures[i].numbers;
+        vw_json_set(&object, exposures[i].photo, json_pack("[f, f, f, f, f, f]", n[0], n[1], n[2], n[3], n[4], n[5]));
+    }
+    return !count || !json_object_set_new(find_effect(array, "appearance"), "exposures", object);
+}
+
 static enum vw_status make_effects_json(const struct vw_trainer *trainer, char **text) {
-    uint32_t count = 0;
+    uint32_t count = 0, exposure_count = 0;
+    struct vw_run_exposure *exposures = NULL;
     const struct vw_effect_verdict *verdicts = vw_trainer_effects(trainer, &count);
-    json_t *array = vw_effects_to_json(verdicts, count);
-    *text = array && add_box(array, vw_trainer_effect_box(trainer)) ? vw_json_to_text(array, JSON_COMPACT) : NULL;
+    enum vw_status status = vw_trainer_list_exposures(trainer, &exposures, &exposure_count);
+    json_t *array = status ? NULL : vw_effects_to_json(verdicts, count);
+    bool whole =
+        array && add_box(array, vw_trainer_effect_box(trainer)) && add_exposures(array, exposures, exposure_count);
+    *text = whole ? vw_json_to_text(array, JSON_COMPACT) : NULL;
     json_decref(array);
-    return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the effects");
+    free(exposures);
+    if (status || *text) return status;
+    return vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the effects");
 }
 
 enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw_gpu *gpu, const struct vw_scene *scene,
@@ -88,18 +104,33 @@ void vw_run_row_free(struct vw_run_row *row) {
 // -----------------------------------------------------------------------------------------
 
 // Reads the box of a run that was recorded with one; `*found` is false without one.
-static enum vw_status read_box(const char *effects_json, struct vw_box *box, bool *found) {
-    json_error_t error;
-    json_t *array = vw_json_load(effects_json, strlen(effects_json), 0, &error);
+static enum vw_status read_box(const json_t *array, struct vw_box *box, bool *found) {
     const json_t *entry = find_box_effect(array);
     double *centre = box->centre_world;
     *found = entry != NULL;
     bool read = !*found || !json_unpack(json_object_get(entry, "box"), "[F, F, F, F!]", &centre[0], &centre[1],
                                         &centre[2], &box->half_extent_world);
-    json_decref(array);
     return read ? VW_OK
                 : vw_fail(VW_ERROR_MISMATCH,
                           "its effect unbounded or wide_box has no box of four numbers: the run row was edited");
+}
+
+// Lists the recorded exposures; their names are the array's.
+static enum vw_status read_exposures(const json_t *array, struct vw_run_exposure **exposures, uint32_t *count) {
+    json_t *object = json_object_get(find_effect(array, "appearance"), "exposures"), *numbers;
+    const char *photo;
+    *count = 0;
+    *exposures = vw_allocate(json_object_size(object), sizeof **exposures);
+    if (!*exposures) return VW_ERROR_MEMORY;
+    json_object_foreach(object, photo, numbers) {
+        struct vw_run_exposure *it = &(*exposures)[(*count)++];
+        double *n = it->numbers;
+        it->photo = photo;
+        if (json_unpack(numbers, "[F, F, F, F, F, F!]", &n[0], &n[1], &n[2], &n[3], &n[4], &n[5]))
+            return vw_fail(VW_ERROR_MISMATCH,
+                           "an exposure of its effect appearance is not six numbers: the run row was edited");
+    }
+    return VW_OK;
 }
 
 // Hashes the names of all photos, or of those trained on: vw_trainer_subset_hash().
@@ -139,6 +170,8 @@ static enum vw_status compare_run_id(const struct vw_run_identity *identity, con
 static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool *validated) {
     const struct vw_ledger_run *row = &run->row;
     struct vw_box box;
+    struct vw_run_exposure *exposures = NULL;
+    json_error_t error;
     bool has_box = false, same = false;
     struct vw_run_identity identity = {.version = row->version,
                                        .device = row->device,
@@ -152,11 +185,16 @@ static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool
         !vw_hash_from_hex(row->shader_hash, identity.shader_hash))
         return vw_fail(VW_ERROR_MISMATCH, "run.scene_hash, subset_hash or shader_hash is not a hash: the run row was "
                                           "edited");
-    enum vw_status status = read_box(row->effects_json, &box, &has_box);
+    json_t *array = vw_json_load(row->effects_json, strlen(row->effects_json), 0, &error);
+    enum vw_status status = read_box(array, &box, &has_box);
+    if (!status) status = read_exposures(array, &exposures, &identity.exposure_count);
     if (has_box) identity.effect_box = &box;
+    identity.exposures = exposures;
     if (!status) status = compare_run_id(&identity, row->run_id, &same);
     identity.validates = false;
     if (!status && !same && !validated) status = compare_run_id(&identity, row->run_id, &same);
+    free(exposures);
+    json_decref(array);
     if (status || same) return status;
     return vw_fail(VW_ERROR_MISMATCH,
                    "its run_id is not that of its scene, photos, config, effects, shaders, version, device and driver: "

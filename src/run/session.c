@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "base/clock.h"
 #include "detect/verdict_cache.h"
 #include "run/devices.h"
 #include "viewworth/log.h"
@@ -70,9 +71,13 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
 }
 
 enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session) {
+    double began_s = vw_now_s(), began_cpu_s = vw_cpu_s();
     if (session->effect_count) return VW_OK;
-    return vw_effects_decide_cached(session->devices[0].gpu, session->scene, planned, session->effects,
-                                    &session->effect_count);
+    enum vw_status status = vw_effects_decide_cached(session->devices[0].gpu, session->scene, planned, session->effects,
+                                                     &session->effect_count);
+    if (!status)
+        vw_log_info("effects  decided in %.1f s (%.1f s of CPU time)", vw_now_s() - began_s, vw_cpu_s() - began_cpu_s);
+    return status;
 }
 
 uint32_t vw_session_at_a_time(const struct vw_session *session, uint32_t together, uint64_t bytes_each) {

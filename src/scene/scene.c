@@ -151,6 +151,7 @@ void vw_scene_close(struct vw_scene **scene) {
         vw_image_clear(&closing->views[v].image);
     }
     vw_photo_source_destroy(&closing->source);
+    free(closing->exposures);
     for (uint32_t i = 0; i < closing->note_count; i++) free(closing->notes[i]);
     if (closing->names) vw_name_index_clear(closing->names);
     free(closing->names);

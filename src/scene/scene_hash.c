@@ -26,7 +26,7 @@ static void add_view(struct vw_hasher *hasher, const struct vw_view *view) {
         for (int j = 0; j < 4; j++) vw_hasher_add_real(hasher, view->camera_to_world[i][j]);
 }
 
-// Adds what splats begin at: points, and which views see them.
+// Adds what splats begin at, and what exposures are estimated from: points, which views see them, and where.
 static void add_points(struct vw_hasher *hasher, const struct vw_scene *scene) {
     vw_hasher_add_integer(hasher, scene->point_count);
     for (uint32_t i = 0; i < scene->point_count; i++) {
@@ -34,8 +34,12 @@ static void add_points(struct vw_hasher *hasher, const struct vw_scene *scene) {
         for (int axis = 0; axis < 3; axis++) vw_hasher_add_real(hasher, point->position_world[axis]);
         for (int channel = 0; channel < 3; channel++) vw_hasher_add_real(hasher, point->rgb[channel]);
         vw_hasher_add_integer(hasher, point->track_count);
-        for (uint32_t t = 0; t < point->track_count; t++)
-            vw_hasher_add_integer(hasher, scene->tracks[point->first_track + t].view);
+        for (uint32_t t = 0; t < point->track_count; t++) {
+            const struct vw_track *track = &scene->tracks[point->first_track + t];
+            vw_hasher_add_integer(hasher, track->view);
+            vw_hasher_add_real(hasher, track->x_px);
+            vw_hasher_add_real(hasher, track->y_px);
+        }
     }
 }
 
@@ -49,7 +53,7 @@ static void add_weights(struct vw_hasher *hasher, const struct vw_scene *scene) 
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth scene 3");
+    vw_hasher_add_text(&hasher, "viewworth scene 4");
     vw_hasher_add_integer(&hasher, downscale > 1 ? downscale : 1);
     vw_hasher_add_integer(&hasher, scene->view_count);
     for (uint32_t v = 0; v < scene->view_count; v++) add_view(&hasher, &scene->views[v]);

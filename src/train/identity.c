@@ -40,6 +40,13 @@ static void add_effects(const struct vw_run_identity *identity, struct vw_hasher
     vw_hasher_add_real(hasher, box->half_extent_world);
 }
 
+static void add_exposures(const struct vw_run_identity *identity, struct vw_hasher *hasher) {
+    for (uint32_t i = 0; i < identity->exposure_count; i++) {
+        vw_hasher_add_text(hasher, identity->exposures[i].photo);
+        for (int k = 0; k < 6; k++) vw_hasher_add_real(hasher, identity->exposures[i].numbers[k]);
+    }
+}
+
 enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]) {
     char *config = vw_config_to_json(identity->config, true);
     if (!config) return VW_ERROR_MEMORY;
@@ -50,6 +57,7 @@ enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_
     vw_hasher_add_text(&hasher, config);
     vw_hasher_add_integer(&hasher, identity->validates); // `train` records no validation: another ledger
     add_effects(identity, &hasher);
+    add_exposures(identity, &hasher);
     vw_hasher_add_bytes(&hasher, identity->shader_hash, sizeof identity->shader_hash);
     vw_hasher_add_text(&hasher, identity->version);
     vw_hasher_add_text(&hasher, identity->device);

@@ -8,6 +8,12 @@
 #include "viewworth/train.h"
 #include "viewworth/types.h"
 
+// The exposure that a train photo is corrected by from the first step on.
+struct vw_run_exposure {
+    const char *photo; // borrowed
+    double numbers[6]; // gain minus 1 of each channel, then bias
+};
+
 struct vw_run_identity { // its pointers are borrowed
     uint8_t scene_hash[VW_HASH_BYTES], subset_hash[VW_HASH_BYTES], shader_hash[VW_HASH_BYTES];
     const char *version, *device, *driver;
@@ -15,7 +21,9 @@ struct vw_run_identity { // its pointers are borrowed
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
     const struct vw_box *effect_box; // that the field sees with the effect unbounded or wide_box; NULL without them
-    bool validates;                  // after every step
+    const struct vw_run_exposure *exposures; // with the effect appearance, of a scene with points
+    uint32_t exposure_count;
+    bool validates; // after every step
 };
 
 enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]);

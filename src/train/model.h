@@ -43,6 +43,7 @@ struct vw_model {
     uint64_t planned_steps;                  // steps over which the rate falls
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
+    bool awaits_params; // a file will bring them: take_from_scene() is not called
     struct vw_param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
     // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
     // field lays them out, moved as weights are.

@@ -68,6 +68,6 @@ enum vw_status vw_model_initialise(const struct vw_model *model, const struct vw
                                    seed};
     memset((char *)params + end, 0, model->param_bytes - end);
     enum vw_status status = model->renderer->initialise(model, scene, &drawn, params);
-    if (!status) vw_effects_initialise(model, &drawn, params);
+    if (!status) status = vw_effects_initialise(model, scene, &drawn, params);
     return status;
 }

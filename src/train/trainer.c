@@ -76,13 +76,14 @@ static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_t
     return status;
 }
 
-static enum vw_status create_field(struct vw_trainer *trainer, const struct vw_device_choices *forced) {
+static enum vw_status create_field(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     struct vw_device_choices choices;
     vw_device_choose(vw_gpu_get_info(trainer->gpu), &choices);
-    if (forced) choices = *forced;
+    if (params->choices) choices = *params->choices;
     enum vw_status status = vw_model_create(&trainer->config, trainer->scene, trainer->photo_order.train_views,
                                             trainer->photo_order.train_count, trainer->effects, &choices,
                                             vw_gpu_get_limits(trainer->gpu), &trainer->model);
+    trainer->model.awaits_params = params->awaits_field;
     uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_INIT);
     return !status ? vw_field_create(trainer->gpu, &trainer->model, trainer->scene, seed, &trainer->field) : status;
 }
@@ -189,7 +190,7 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
     enum vw_status status = vw_config_check(&trainer->config);
     if (!status) status = take_effects(trainer, params);
     if (!status) status = choose_views(trainer, params);
-    if (!status) status = create_field(trainer, params->choices);
+    if (!status) status = create_field(trainer, params);
     if (!status) status = create_transfers(trainer, params->steps_per_submission);
     if (!status)
         status = vw_step_create(&trainer->field, &trainer->config, &trainer->photo_order, trainer->pixels,

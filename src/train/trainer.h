@@ -30,6 +30,7 @@ struct vw_trainer_params {
     uint32_t left_out_count;
     const struct vw_effect_verdict *effects; // needed; decided, recorded or listed verdicts, in registry order; copied
     uint32_t effect_count;
+    bool awaits_field;                       // vw_trainer_load_field() follows: nothing is estimated that the field has
     bool validate;                           // render the validation rays after every step (`value`), or not (`train`)
     const struct vw_device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
     struct vw_submissions *submissions;      // shared by trainers that step together; outlives them. NULL: alone
@@ -74,8 +75,14 @@ const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, ui
 // flight.
 struct vw_radiance_field *vw_trainer_field(struct vw_trainer *trainer);
 
-// Returns the identity of the run: the hash of scene, subset, config (without epochs), seed, effects that are on and
-// the box that they choose, whether every step is validated, shaders, version, device and driver.
+struct vw_run_exposure; // identity.h
+// Lists the exposures that train photos of the scene are corrected by from the first step on; none without the effect
+// appearance or without points. The caller frees the list; its names are the scene's.
+enum vw_status vw_trainer_list_exposures(const struct vw_trainer *trainer, struct vw_run_exposure **exposures,
+                                         uint32_t *count);
+
+// Returns the identity of the run: the hash of scene, subset, config (without epochs), seed, effects that are on, the
+// box that they choose and the exposures, whether every step is validated, shaders, version, device and driver.
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]);
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]); // hash of the train views
 // Returns the box that the field sees with the effect unbounded or wide_box, borrowed; NULL without them.

@@ -62,6 +62,27 @@ const struct vw_box *vw_trainer_effect_box(const struct vw_trainer *trainer) {
     return trainer->model.box_of_effect ? &trainer->model.box : NULL;
 }
 
+enum vw_status vw_trainer_list_exposures(const struct vw_trainer *trainer, struct vw_run_exposure **exposures,
+                                         uint32_t *count) {
+    const struct vw_scene *scene = trainer->scene;
+    const struct vw_exposure *estimated = NULL;
+    *exposures = NULL;
+    *count = 0;
+    if (trainer->model.specialization.effect_appearance != APPEARANCE_GIVEN) return VW_OK;
+    enum vw_status status = vw_scene_estimate_exposures(scene, &estimated);
+    if (!status) *exposures = vw_allocate(scene->view_count, sizeof **exposures);
+    if (!status && !*exposures) status = VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count && !status; v++) {
+        struct vw_run_exposure *exposure = &(*exposures)[*count];
+        if (scene->views[v].split != VW_SPLIT_TRAIN) continue;
+        exposure->photo = scene->views[v].name;
+        memcpy(exposure->numbers, estimated[v].gain, sizeof estimated[v].gain);
+        memcpy(exposure->numbers + 3, estimated[v].bias, sizeof estimated[v].bias);
+        ++*count;
+    }
+    return status;
+}
+
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]) {
     const struct vw_gpu_info *device = vw_gpu_get_info(trainer->gpu);
     struct vw_run_identity identity = {.version = vw_version(),
@@ -75,7 +96,12 @@ enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_i
     memcpy(identity.scene_hash, trainer->scene->hash, sizeof identity.scene_hash);
     vw_trainer_subset_hash(trainer, identity.subset_hash);
     vw_shader_hash(identity.shader_hash);
-    return vw_identity_run_id(&identity, run_id);
+    struct vw_run_exposure *exposures = NULL;
+    enum vw_status status = vw_trainer_list_exposures(trainer, &exposures, &identity.exposure_count);
+    identity.exposures = exposures;
+    if (!status) status = vw_identity_run_id(&identity, run_id);
+    free(exposures);
+    return status;
 }
 
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]) {

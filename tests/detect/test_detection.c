@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "detect/decide.h"
 #include "detect/pilots.h"
+#include "detect/points.h"
 #include "support/detection_cases.h"
 #include "support/plain_config.h"
 #include "support/temporary_folder.h"
@@ -46,7 +47,7 @@ TEST(a_bright_sky_is_measured) {
     struct vw_config config = small_config();
     struct vw_scene *scene = detection_sky_scene();
     scene->point_count = scene->track_count = 0;
-    strcpy(config.effects, "-unbounded,-appearance,-occupancy");
+    strcpy(config.effects, "-unbounded,-appearance");
     ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
     const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
     assert_true(sky->called_for && sky->on);
@@ -66,7 +67,9 @@ static uint32_t decide_briefly(const char *effects, struct vw_effect_verdict *ve
     struct vw_config config = small_config();
     config.pilot_steps = 8;
     strcpy(config.effects, effects);
-    ASSERT_OK(vw_effects_decide(test_gpu(), detection_sky_scene(), &config, verdicts, &count));
+    struct vw_scene *scene = detection_sky_scene();
+    scene->point_count = scene->track_count = 0; // which would tell of appearance
+    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
     return count;
 }
 
@@ -90,16 +93,97 @@ TEST(pose_is_beside_what_pilots_call_for) {
 
 // Pilots do not try what a run switches off beside an effect that is named: they could measure no gain.
 TEST(what_goes_off_beside_a_named_effect_is_not_tried) {
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count = decide_briefly("+appearance_encoder,-sky,-unbounded,-wide_box", verdicts);
+    const struct vw_effect_verdict *not_tried = verdict_of(verdicts, count, "appearance"); // the only one left
+    assert_true(isnan(not_tried->evidence) && !not_tried->on);
+}
+
+// ---- By points ------------------------------------------------------------------------------------------------------
+
+// The points tell that photos differ in exposure, and how much they gain by it; nothing else is needed, and a choice
+// that names the effect needs not even them.
+TEST(exposures_are_told_by_points) {
     static const struct {
-        const char *effects, *not_tried; // the only one that is left to try
-    } cases[] = {{"+appearance_encoder,-sky,-unbounded,-wide_box,-occupancy", "appearance"},
-                 {"+transient,-sky,-unbounded,-wide_box,-appearance", "occupancy"}};
+        const char *recipe, *effects;
+        double least_db, most_db; // evidence
+    } cases[] = {{"exposure.json", "auto", 4.0, 6.0},
+                 {"exposure.json", "-sky", 4.0, 6.0},
+                 {"exposure.json", "+appearance", NAN, NAN},
+                 {"exposure.json", "none", NAN, NAN},
+                 {"clean.json", "auto", 0.0, 0.02},
+                 {"corner.json", "auto", 4.0, 6.0}}; // one photo alone is darker, and one brighter
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count = decide_briefly(cases[i].effects, verdicts);
-        const struct vw_effect_verdict *not_tried = verdict_of(verdicts, count, cases[i].not_tried);
-        assert_true(isnan(not_tried->evidence) && !not_tried->on);
+        uint32_t count;
+        ASSERT_OK(vw_effects_find_facts(open_recipe(cases[i].recipe), cases[i].effects, verdicts, &count));
+        const struct vw_effect_verdict *appearance = verdict_of(verdicts, count, "appearance");
+        if (isnan(cases[i].least_db)) {
+            assert_true(isnan(appearance->evidence) && !appearance->called_for);
+            continue;
+        }
+        if (!(appearance->evidence >= cases[i].least_db && appearance->evidence <= cases[i].most_db))
+            fail_msg("%s: %g dB", cases[i].recipe, appearance->evidence);
+        assert_int_equal(appearance->called_for, cases[i].least_db > 0);
+        assert_int_equal(appearance->on, cases[i].least_db > 0);
+        assert_true(appearance->evidence_low <= appearance->evidence);
+        assert_non_null(strstr(appearance->measured_on, "exposures, at 22 dB, by "));
     }
+}
+
+// Points that fill the box and the photos rule out what lies beyond. Each of the three shares alone leaves it open.
+TEST(points_rule_out_what_lies_beyond) {
+    static const struct {
+        const char *recipe;
+        bool ruled_out;
+    } cases[] = {{"clean.json", true},
+                 {"corner.json", true},
+                 {"sky.json", false},        // photos without points
+                 {"unbounded.json", false}}; // observations outside, and an inner region that is small
+    struct vw_config config = small_config();
+    config.pilot_steps = 8;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        uint32_t count;
+        struct vw_scene *scene = open_recipe(cases[i].recipe);
+        struct vw_point_evidence points;
+        ASSERT_OK(vw_point_evidence_find(scene, &points));
+        assert_true(points.known);
+        ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+        const struct vw_effect_verdict *unbounded = verdict_of(verdicts, count, "unbounded");
+        assert_int_equal(isnan(unbounded->evidence), cases[i].ruled_out);
+        assert_int_equal(strncmp(unbounded->measured_on, "ruled out: ", 11) == 0, cases[i].ruled_out);
+        assert_false(cases[i].ruled_out && unbounded->called_for);
+        scene->point_count = 63; // too few to tell
+        ASSERT_OK(vw_point_evidence_find(scene, &points));
+        assert_false(points.known);
+    }
+}
+
+// Counts cells by hand: a photo of 8 x 8 cells with points in its left half and one in its lower right corner.
+TEST(bare_cells_are_counted) {
+    struct vw_scene *scene = test_scene();
+    struct vw_point_evidence points;
+    enum { POINTS = 64 };
+    uint32_t train = scene->split_count[VW_SPLIT_TRAIN], width_px = scene->views[0].camera.width_px,
+             height_px = scene->views[0].camera.height_px;
+    scene->points = vw_allocate(POINTS, sizeof *scene->points);
+    scene->tracks = vw_allocate(POINTS, sizeof *scene->tracks);
+    scene->point_count = scene->track_count = POINTS;
+    for (uint32_t p = 0; p < POINTS; p++) {
+        scene->points[p] = (struct vw_point){.first_track = p, .track_count = 1};
+        if (p % 4 == 3) scene->points[p].position_world[0] = 2.0 * scene->box.half_extent_world;
+        scene->tracks[p] = (struct vw_track){.view = 0,
+                                             .x_px = (float)(p % 4 + 0.5f) / 8.0f * (float)width_px,
+                                             .y_px = (float)(p / 8 + 0.5f) / 8.0f * (float)height_px};
+    }
+    scene->tracks[POINTS - 1].x_px = (float)width_px - 0.5f;
+    scene->tracks[POINTS - 1].y_px = (float)height_px - 0.5f;
+    ASSERT_OK(vw_point_evidence_find(scene, &points));
+    // Bare in view 0: columns 5 to 7 of eight rows, without the corner and its three neighbours; all of the others.
+    double bare = (3.0 * 8 - 4) / 64.0 + (train - 1.0);
+    assert_true(fabs(points.bare_share - bare / train) < 1e-12);
+    assert_true(fabs(points.outside_share - 0.25) < 1e-12);
 }
 
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
@@ -109,6 +193,7 @@ TEST(verdicts_repeat_bit_for_bit) {
     struct vw_scene *scene = detection_plain_scene();
     struct vw_config config = small_config();
     config.pilot_steps = 32;
+    scene->point_count = scene->track_count = 0; // which would rule out what lies beyond
     for (int i = 0; i < 2; i++) {
         config.seed = 7 * (uint64_t)i;
         ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts[i], &count));
@@ -119,7 +204,8 @@ TEST(verdicts_repeat_bit_for_bit) {
         assert_int_equal(verdicts[0][i].called_for, verdicts[1][i].called_for);
     }
     assert_true(isfinite(verdict_of(verdicts[0], count, "sky")->evidence));
-    assert_true(isnan(verdict_of(verdicts[0], count, "appearance_code")->evidence)); // not without appearance
+    assert_true(isfinite(verdict_of(verdicts[0], count, "appearance")->evidence));   // by pilots, without points
+    assert_true(isnan(verdict_of(verdicts[0], count, "appearance_code")->evidence)); // nothing calls for it
 }
 
 // Folds leave out different photos, evenly, and learn from none that judges them; photos of val and test are in
@@ -257,9 +343,9 @@ TEST(masks_are_ignored_with_the_effect_off) {
 TEST(real_scenes_show_their_facts) {
     static const struct {
         const char *name, *called_for; // each between spaces
-    } real_scenes[] = {{"fox", " distortion "},
-                       {"sacre_coeur", " distortion "},
-                       {"statue_of_liberty", " distortion masks "},
+    } real_scenes[] = {{"fox", " distortion appearance "},
+                       {"sacre_coeur", " distortion appearance "},
+                       {"statue_of_liberty", " distortion masks appearance "},
                        {"chair_synthetic", " background "}};
     uint32_t found = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(real_scenes); i++) {

@@ -76,9 +76,8 @@ struct mlp_step { // the reference of a step
     struct reference_step *rays;
     struct reference_mlp_sample *samples;
     double *params, *d_params, *shift;
-    struct reference_photo photo;
     struct reference_params *others; // sky, photos and code weights
-    double loss, d_photo_shift;
+    double loss;
 };
 
 static uint32_t sample_count(const struct mlp_step *step) { return step->rays->ray_count * step->s.samples; }
@@ -148,7 +147,7 @@ static void list_points(const struct mlp_step *step, uint32_t ray, struct refere
     }
 }
 
-// Runs the reference forward; `training` adds jittered samples of step STEP, the photo's gain, bias and code.
+// Runs the reference forward; `training` adds jittered samples of step STEP and the photo's code.
 static void forward(struct mlp_step *step, bool training) {
     struct vw_specialization s = step->s;
     vw_uint4 key = vw_model_key_of_step(&step->bench->model, STEP);
@@ -162,7 +161,7 @@ static void forward(struct mlp_step *step, bool training) {
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) {
         const struct reference_ray *line = &step->rays->rays[ray];
         const double *places = places_of(step, ray);
-        double seen[3], unused;
+        double unused;
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_mlp_sample *sample = &step->samples[ray * s.samples + i];
             double place = places ? places[i] : i + reference_stratum_offset(&s, ray, i, key);
@@ -174,10 +173,8 @@ static void forward(struct mlp_step *step, bool training) {
         list_points(step, ray, points);
         step->rays->left[ray] =
             reference_composite(points, s.samples, step->rays->backdrops[ray], step->rays->colours[ray]);
-        memcpy(seen, step->rays->colours[ray], sizeof seen);
-        if (photo) reference_appear(photo, step->rays->colours[ray], seen);
         for (int c = 0; c < 3; c++) {
-            step->rays->errors[ray][c] = seen[c] - line->target[c];
+            step->rays->errors[ray][c] = step->rays->colours[ray][c] - line->target[c];
             step->loss += line->weight / 3.0 * reference_loss(&s, step->rays->errors[ray][c], &unused);
         }
     }
@@ -187,17 +184,11 @@ static void backward(struct mlp_step *step) {
     const struct vw_specialization *s = &step->s;
     struct reference_point points[64];
     struct reference_d_point d_points[64];
-    struct reference_photo d_photo = {0};
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) {
         double d_colour[3];
         for (int c = 0; c < 3; c++) {
             reference_loss(s, step->rays->errors[ray][c], &d_colour[c]);
             d_colour[c] *= step->rays->rays[ray].weight / 3.0;
-        }
-        if (step->others->photos) {
-            const double d_seen[3] = {d_colour[0], d_colour[1], d_colour[2]};
-            reference_appear_gradient(&step->others->photos[step->bench->view], step->rays->colours[ray], d_seen,
-                                      &d_photo, d_colour);
         }
         list_points(step, ray, points);
         reference_composite_gradient(points, s->samples, step->rays->backdrops[ray], d_colour, d_points);

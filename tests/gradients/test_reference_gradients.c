@@ -91,13 +91,10 @@ static void make_rays(uint64_t seed, const struct vw_specialization *s, struct v
     }
 }
 
-static void draw_photos(uint64_t seed, struct reference_params *params, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        for (uint32_t c = 0; c < 3; c++) params->photos[i].gain[c] = 0.3 * draw(seed, 2000 + 6 * i + c);
-        for (uint32_t c = 0; c < 3; c++) params->photos[i].bias[c] = 0.1 * draw(seed, 2003 + 6 * i + c);
+static void draw_codes(uint64_t seed, struct reference_params *params, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
         for (uint32_t k = 0; k < REFERENCE_CODE; k++)
             params->photos[i].code[k] = draw(seed, 3000 + REFERENCE_CODE * i + k);
-    }
 }
 
 static void open_fixture(const struct reference_case *setup, enum vw_loss loss, const char *choice, struct fixture *f) {
@@ -115,7 +112,7 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
     for (size_t i = grid; i < sky; i++) params[i] *= (float)setup->weight_scale;
     for (size_t i = sky; i < sky_end; i++) params[i] = (float)draw(setup->seed, 200 + (uint32_t)(i - sky));
     f->params = reference_params_create(&f->model, params);
-    draw_photos(setup->seed, f->params, reference_photo_count(&f->model));
+    draw_codes(setup->seed, f->params, reference_photo_count(&f->model));
     f->step = reference_step_create(&f->model, rays, RAYS);
     f->moved = reference_step_create(&f->model, rays, RAYS);
     f->step->view = f->moved->view = VIEW;
@@ -225,27 +222,21 @@ static void compare_visibility(struct fixture *f, int *skipped) {
                 largest_of(f->step->d_visibility_code, REFERENCE_VISIBILITY_CODE), skipped);
 }
 
-// Compares the gradients of the step's photo: those of the other one are 0, since nothing of it enters the loss.
-// Returns how many it compared.
-static int compare_photos(struct fixture *f, int *skipped) {
+// Compares the gradients by the code of the step's photo: those of the other one are 0, since nothing of it enters the
+// loss. Returns how many it compared.
+static int compare_codes(struct fixture *f, int *skipped) {
     const struct vw_specialization *s = &f->model.specialization;
     struct reference_photo *photo = f->params->photos ? &f->params->photos[VIEW] : NULL;
-    const struct reference_photo *d_photo = &f->step->d_photo;
-    double scale = fmax(largest_of(d_photo->gain, 3), largest_of(d_photo->bias, 3));
-    assert_true(!photo || scale > 0.0);
-    for (uint32_t c = 0; c < 3 && s->effect_appearance; c++) {
-        compare(f, "gain", c, &photo->gain[c], d_photo->gain[c], scale, skipped);
-        compare(f, "bias", c, &photo->bias[c], d_photo->bias[c], scale, skipped);
-    }
+    double scale = largest_of(f->step->d_code, REFERENCE_CODE);
+    assert_true(!s->effect_appearance_code || scale > 0.0);
     for (uint32_t k = 0; k < PER_RANGE && s->effect_appearance_code; k++) {
         uint32_t weight = index_in(4 * s->width4 * REFERENCE_CODE, (uint32_t)f->model.seed, 1800 + k),
                  number = 4 * k + k % 4;
         compare(f, "code_weights", weight, &f->params->code_weights[weight], f->step->d_code_weights[weight],
                 largest_of(f->step->d_code_weights, 4 * s->width4 * REFERENCE_CODE), skipped);
-        compare(f, "codes", number, &photo->code[number], d_photo->code[number],
-                largest_of(d_photo->code, REFERENCE_CODE), skipped);
+        compare(f, "codes", number, &photo->code[number], f->step->d_code[number], scale, skipped);
     }
-    return (s->effect_appearance ? 6 : 0) + (s->effect_appearance_code ? 2 * PER_RANGE : 0);
+    return s->effect_appearance_code ? 2 * PER_RANGE : 0;
 }
 
 static void compare_ranges(const struct reference_case *setup, enum vw_loss loss, const char *choice) {
@@ -260,7 +251,7 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     compare_grid(&f, &skipped);
     compare_sky(&f, &skipped);
     compare_visibility(&f, &skipped);
-    int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels) + compare_photos(&f, &skipped);
+    int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels) + compare_codes(&f, &skipped);
     if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
 }
 

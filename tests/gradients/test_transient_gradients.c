@@ -8,6 +8,7 @@
 #include "support/gpu_fixture.h"
 
 enum { STEP = 3, SAMPLES_MAX = 32 };
+static const double RENDERED_TOLERANCE = 1e-5; // sums of up to 64 products of exps, as in check_composite.c
 
 // One case per thing that may break on its own. `density`, `uncertainty`: what the biases of these outputs are, where
 // they are not 0.
@@ -68,7 +69,6 @@ struct transient_step { // the reference of a step: the field's part as the devi
     struct step_bench *bench;
     struct reference_head head;
     struct reference_step *rays;
-    struct reference_photo photo;
     uint32_t sample_count, feature_count;
     double *params, *features, code[REFERENCE_TRANSIENT_CODE];
     struct reference_point *points;
@@ -143,8 +143,6 @@ static void read_rays(struct transient_step *step) {
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
         reference_backdrop(&bench->model.specialization, sky, step->rays->rays[ray].direction, ray, key,
                            step->rays->backdrops[ray]);
-    if (bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes)
-        step->photo = reference_photo_of(&bench->model, bench->params, bench->view);
     const float *code = bench->params + bench->model.ranges[VW_SLOT_TRANSIENT_CODES].offset_bytes / sizeof(float);
     for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
         step->code[k] = code[REFERENCE_TRANSIENT_CODE * bench->view + k];
@@ -174,17 +172,20 @@ static struct transient_step *open_step(struct step_bench *bench) {
     return step;
 }
 
-static double ray_loss(const struct transient_step *step, uint32_t ray) {
+static double ray_loss_of(const struct transient_step *step, uint32_t ray, double colour[3]) {
     uint32_t first = ray * step->bench->config.samples;
-    const struct reference_transient_ray line = {
-        .points = step->points + first,
-        .outputs = (const double(*)[5])step->outputs + first,
-        .count = step->bench->config.samples,
-        .backdrop = step->rays->backdrops[ray],
-        .target = step->rays->rays[ray].target,
-        .photo = step->bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes ? &step->photo : NULL,
-        .beta_min = step->bench->config.beta_min};
-    return step->rays->rays[ray].weight * reference_transient_loss(&line);
+    const struct reference_transient_ray line = {.points = step->points + first,
+                                                 .outputs = (const double(*)[5])step->outputs + first,
+                                                 .count = step->bench->config.samples,
+                                                 .backdrop = step->rays->backdrops[ray],
+                                                 .target = step->rays->rays[ray].target,
+                                                 .beta_min = step->bench->config.beta_min};
+    return step->rays->rays[ray].weight * reference_transient_loss(&line, colour);
+}
+
+static double ray_loss(const struct transient_step *step, uint32_t ray) {
+    double colour[3];
+    return ray_loss_of(step, ray, colour);
 }
 
 static double whole_loss(void *of) {
@@ -232,6 +233,20 @@ static void find_slopes(struct transient_step *step, uint32_t sample, double slo
     for (int k = 0; k < REFERENCE_HEAD_OUTPUTS; k++) slopes[4 + k] = slope_by(step, ray, &step->outputs[sample][k]);
 }
 
+// Checks what fit_photo will find of every ray: its whole colour, with what is transient.
+static void check_rendered(const struct transient_step *step) {
+    struct step_bench *bench = step->bench;
+    if (!bench->step.effect_buffers[VW_SLOT_RENDERED]) return;
+    vw_float4 *rendered = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_RENDERED]);
+    for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) {
+        double colour[3];
+        ray_loss_of(step, ray, colour);
+        for (int c = 0; c < 3; c++)
+            check_value(bench->where, "rendered", ray, (&rendered[ray].x)[c], colour[c], RENDERED_TOLERANCE);
+        check_value(bench->where, "weight", ray, rendered[ray].w, step->rays->rays[ray].weight, 0.0);
+    }
+}
+
 TEST_CASES(gradients_of_rays_match_differences, c, VW_ARRAY_COUNT(cases)) {
     struct step_bench *bench = open_case(c);
     const struct vw_specialization *s = &bench->model.specialization;
@@ -243,6 +258,7 @@ TEST_CASES(gradients_of_rays_match_differences, c, VW_ARRAY_COUNT(cases)) {
     vw_float4 *scalars = step_bench_read(bench, bench->scalars);
     double(*slopes)[SLOPES] = test_allocate(step->sample_count, sizeof *slopes), most[SLOPES] = {0};
     assert_true(scalars->z == 0.0f);
+    check_rendered(step);
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
         check_value(bench->where, "loss", ray, losses[ray], ray_loss(step, ray), 2e-5 * (1.0 + ray_loss(step, ray)));
     for (uint32_t i = 0; i < step->sample_count; i++) {

@@ -1,5 +1,5 @@
 // Hard photos for gains, biases and codes: black, masked, saturated and of one, two or three columns; halves of
-// validation photos that are flat or hold a single usable pixel; and gains of 0 and beyond the floats.
+// validation photos that are flat or hold a single usable pixel; and gains by which pixels cannot be divided.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -23,6 +23,10 @@ enum {
 
 static const double FIT_TOLERANCE =
     2e-5; // for gains, biases and colours of order 1: float sums of up to 3,000 products
+
+static const double TARGET_TOLERANCE = 1e-6; // a division and a difference of floats
+static const double PHOTO_TOLERANCE = 1e-4;  // rendered colours are good to 1e-5, and the fit magnifies by up to 10
+static const float LEAST_GAIN = -0.9f;
 
 static const struct step_case setup = {
     .name = "photos of their own", .seed = 371, HARD_STEP, .effects = "appearance,appearance_code"};
@@ -151,49 +155,82 @@ static void few_columns(struct hard_finding *finding) {
 
 // ---- Photos ---------------------------------------------------------------------------------------------------------
 
-// Checks the photo's numbers after a step against the gradients that the rays left on the device.
-static void check_photo(struct hard_finding *finding, struct step_bench *bench, const float *before, const float *after,
-                        const struct vw_appearance_moments *moments,
-                        const struct vw_appearance_moments *moments_after) {
-    const struct vw_specialization *s = &bench->model.specialization;
-    struct vw_appearance *shares = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]);
-    uint32_t first = (uint32_t)(bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float)) + 8 * bench->view;
-    for (uint32_t i = 0; i < 8; i++) {
-        double sum = 0.0;
-        for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) sum += (&shares[ray].gain.x)[i];
-        const float *own = &moments[bench->view].gain1.x + i / 4 * 8 + i % 4;
-        double moment1 = own[0], moment2 = own[4],
-               gradient = sum * s->inverse_rays + reference_photo_ridge * before[first + i];
-        double moved = reference_photo_rate(moments_after[bench->view].visits) *
-                       reference_adam(s, gradient, moments_after[bench->view].visits, &moment1, &moment2);
-        hard_compare(finding, i < 4 ? "gain after the step" : "bias after the step", i % 4, after[first + i],
-                     before[first + i] - moved, fabs(moved) + 0x1p-8, 2e-3);
+// Checks what a step makes of the photo's numbers against a fit to what the reference renders, with the sums that the
+// device had before.
+static void check_photo(struct hard_finding *finding, const struct step_bench *bench,
+                        const struct reference_step *reference, const struct vw_photo_sums *before,
+                        const float *params) {
+    struct reference_photo device = reference_photo_of(&bench->model, params, bench->view), expected = device;
+    struct reference_photo_sums sums = {.rays = before->rendered.w};
+    for (int c = 0; c < 3; c++) {
+        sums.rendered[c] = (&before->rendered.x)[c];
+        sums.squares[c] = (&before->squares.x)[c];
+        sums.missing[c] = (&before->missing.x)[c];
+        sums.products[c] = (&before->products.x)[c];
+    }
+    reference_photo_sums_fade(&sums);
+    for (uint32_t ray = 0; ray < reference->ray_count; ray++) {
+        const vw_float4 rgba = bench->pixels[ray < bench->config.rays ? ray : bench->config.rays - 1].rgba;
+        const double shown[3] = {rgba.x, rgba.y, rgba.z};
+        reference_photo_sums_add(&sums, reference->rays[ray].weight, reference->colours[ray], shown,
+                                 reference->rays[ray].target);
+    }
+    reference_fit_photo(&sums, &expected);
+    for (uint64_t c = 0; c < 3; c++) {
+        hard_compare(finding, "gain after the step", c, device.gain[c], expected.gain[c], 1.0, PHOTO_TOLERANCE);
+        hard_compare(finding, "bias after the step", c, device.bias[c], expected.bias[c], 1.0, PHOTO_TOLERANCE);
     }
 }
 
-// Checks steps from photos whose gains and biases are these, on pixels of this colour and weight.
-static void step_from(struct hard_finding *finding, float gain, float bias, float colour, float weight) {
-    struct step_bench *bench = step_bench_open(&setup);
+// Checks that rays are to show what the photo's pixels show, corrected by numbers as they were before the step.
+static void check_targets(struct hard_finding *finding, const struct step_bench *bench,
+                          const struct reference_step *reference, const float *params) {
+    const struct reference_photo photo = reference_photo_of(&bench->model, params, bench->view);
+    for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
+        double target[3];
+        reference_target(&bench->model.specialization, &photo, &bench->pixels[ray], ray, (vw_uint4){0}, target);
+        for (int c = 0; c < 3; c++)
+            hard_compare(finding, "target", ray, reference->rays[ray].target[c], target[c], 1.0 + fabs(target[c]),
+                         TARGET_TOLERANCE);
+    }
+}
+
+static void write_photos(struct step_bench *bench, float gain, float bias) {
     float *photos = bench->params + bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float);
     for (uint32_t i = 0; i < 8 * bench->scene->view_count; i++) photos[i] = i % 4 == 3 ? 0.0f : i % 8 < 4 ? gain : bias;
     step_bench_write_params(bench);
+}
+
+static void write_colour(struct step_bench *bench, float colour, float weight) {
     for (uint32_t i = 0; i < bench->config.rays; i++) {
+        bench->pixels[i].view = bench->view;
         bench->pixels[i].rgba = (vw_float4){colour, colour, colour, 1.0f};
         bench->pixels[i].weight = weight;
     }
     hard_write_pixels(bench);
+}
+
+// Checks steps from photos whose gains and biases are these, on pixels of this colour and weight; returns the photo's
+// numbers after them.
+static struct reference_photo step_from(struct hard_finding *finding, float gain, float bias, float colour,
+                                        float weight) {
+    struct step_bench *bench = step_bench_open(&setup);
+    struct vw_buffer *sum_buffer = bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS];
+    float *after = NULL;
+    write_photos(bench, gain, bias);
+    write_colour(bench, colour, weight);
     for (uint64_t number = 1; number <= 3; number++) {
         float *before = step_bench_read(bench, bench->field.params);
-        struct vw_appearance_moments *moments =
-            step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
-        hard_check_step(finding, bench, number);
-        float *after = step_bench_read(bench, bench->field.params);
-        struct vw_appearance_moments *moments_after =
-            step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
-        hard_equal(finding, "visits", number, moments_after[bench->view].visits, (double)number);
-        hard_equal(finding, "visits of another photo", number, moments_after[1 - bench->view].visits, 0.0);
-        check_photo(finding, bench, before, after, moments, moments_after);
+        struct vw_photo_sums *sums = step_bench_read(bench, sum_buffer);
+        struct reference_step *reference = hard_check_step(finding, bench, number);
+        struct vw_photo_sums *sums_after = step_bench_read(bench, sum_buffer);
+        after = step_bench_read(bench, bench->field.params);
+        hard_same_bits(finding, "sums of another photo", &sums_after[1 - bench->view], &sums[1 - bench->view],
+                       sizeof *sums);
+        check_targets(finding, bench, reference, before);
+        check_photo(finding, bench, reference, &sums[bench->view], after);
     }
+    return reference_photo_of(&bench->model, after, bench->view);
 }
 
 static void paint(uint32_t view, uint8_t value) {
@@ -201,10 +238,16 @@ static void paint(uint32_t view, uint8_t value) {
         ((uint8_t *)scene->views[view].image.pixels)[i] = i % 4 == 3 ? 255 : value;
 }
 
-// Checks that nothing of the field is seen through a gain of 0: its gradient is 0, that of the gain is not.
+// Checks that a nearly black photo comes to the least gain, by which pixels can still be divided, and back from it; and
+// that a black one, which may be clipped, tells nothing.
 static void gain_of_zero(struct hard_finding *finding) {
-    step_from(finding, -1.0f, 0.0f, 0.5f, 1.0f);
-    step_from(finding, -1.0f, 0.25f, 0.0f, 1.0f);
+    struct reference_photo photo = step_from(finding, 0.0f, 0.0f, 0.015f, 1.0f);
+    hard_require(finding, photo.gain[0] < -0.5 && photo.gain[0] >= LEAST_GAIN, "a dark photo's gain stops near 0");
+    photo = step_from(finding, 0.0f, 0.0f, 0.0f, 1.0f);
+    hard_require(finding, photo.gain[0] == 0.0 && photo.bias[0] == 0.0, "a black photo is as it is");
+    step_from(finding, LEAST_GAIN, 0.25f, 0.0f, 1.0f);
+    photo = step_from(finding, LEAST_GAIN, 0.0f, 0.5f, 1.0f);
+    hard_require(finding, photo.gain[0] > -0.5, "a gain comes back");
     open_scene(WIDTH_PX);
     paint(0, 0);
     paint(TRAIN_VIEWS, 0);
@@ -212,7 +255,8 @@ static void gain_of_zero(struct hard_finding *finding) {
 }
 
 static void masked_photo(struct hard_finding *finding) {
-    step_from(finding, 0.0f, 0.0f, 0.5f, 0.0f);
+    const struct reference_photo photo = step_from(finding, 0.25f, 0.125f, 0.5f, 0.0f);
+    hard_require(finding, photo.gain[0] == 0.0 && photo.bias[0] == 0.0, "a photo of which nothing is seen is as it is");
     open_scene(WIDTH_PX);
     scene->views[1].image.unusable = vw_allocate(PIXELS, 1);
     memset(scene->views[1].image.unusable, 1, PIXELS);
@@ -226,34 +270,39 @@ static void saturated_photos(struct hard_finding *finding) {
     train_well(finding);
 }
 
-// Checks gains for which gradients are finite (10^8), squares of errors are not (10^30), or no product is (10^38).
+// Checks a step from photos whose gains and biases are these; a photo for which it is taken is as others after it.
+static void one_step_from(struct hard_finding *finding, float gain, float bias) {
+    struct step_bench *bench = step_bench_open(&setup);
+    write_photos(bench, gain, bias);
+    write_colour(bench, 0.5f, 1.0f);
+    const struct hard_gradients gradients = hard_take_gradients(bench, 1);
+    const struct hard_state before = hard_state_read(bench);
+    step_bench_step(bench, 1);
+    const struct hard_state after = hard_state_read(bench);
+    const struct reference_photo photo = reference_photo_of(&bench->model, after.grid.grid, bench->view);
+    hard_require(finding, !after.skipped, "a corrected colour stays between black and white, and the loss finite");
+    hard_check_update(finding, bench, 1, &gradients, &before, &after);
+    for (int c = 0; c < 3; c++)
+        hard_require(finding, fabs(photo.gain[c]) < 1.0 && fabs(photo.bias[c]) < 1.0, "a huge gain comes back at once");
+    test_release(bench);
+}
+
+// Checks gains by which pixels become next to 0, or by which they are divided by 0, and biases far beyond white.
 static void huge_gains(struct hard_finding *finding) {
-    const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(gains); i++) {
-        struct step_bench *bench = step_bench_open(&setup);
-        float *photo =
-            bench->params + bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float) + 8 * bench->view;
-        for (int c = 0; c < 3; c++) photo[c] = gains[i];
-        step_bench_write_params(bench);
-        struct hard_gradients gradients = hard_take_gradients(bench, 1);
-        struct hard_state before = hard_state_read(bench);
-        step_bench_step(bench, 1);
-        struct hard_state after = hard_state_read(bench);
-        hard_require(finding, after.skipped == (fabsf(gains[i]) > 1e9f),
-                     "the step is skipped where its loss is infinite");
-        hard_check_update(finding, bench, 1, &gradients, &before, &after);
-        test_release(bench);
-    }
+    const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f, -1.0f};
+    const float biases[] = {1e8f, 1e30f, -3e38f};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(gains); i++) one_step_from(finding, gains[i], 0.0f);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(biases); i++) one_step_from(finding, 0.0f, biases[i]);
 }
 
 static const struct hard_case cases[] = {
     {"flat left half, or no ray in it", "0/0 in the fit; gains of anything", flat_halves},
     {"one usable pixel in the left half", "a fit of two numbers to one", one_usable_pixel},
     {"validation photos of 1, 2 and 3 columns", "columns in both halves, or halves of none", few_columns},
-    {"gain of zero: a black photo", "0/0 in Adam; a gain that never comes back", gain_of_zero},
-    {"all pixels of a photo masked", "numbers that run off without a gradient", masked_photo},
+    {"gain of zero: a black photo", "pixels divided by 0; a gain that never comes back", gain_of_zero},
+    {"all pixels of a photo masked", "0/0 in the fit of the photo", masked_photo},
     {"saturated colours", "gains that grow without end", saturated_photos},
-    {"gains of 10^8 to 10^38", "infinite losses that no flag tells", huge_gains},
+    {"gains and biases of 10^8 to 10^38", "targets and losses that are not finite", huge_gains},
 };
 
 int main(void) { return hard_cases_run("appearance", cases, VW_ARRAY_COUNT(cases)); }

@@ -27,7 +27,7 @@ static const struct pass {
     {"reduce_visibility", &vw_shader_reduce_visibility, check_reduce_visibility, SCATTER_ATOMICS},
     {"update_visibility", &vw_shader_update_visibility, check_update_visibility, SCATTER_ATOMICS},
     {"fit_views", &vw_shader_fit_views, check_fit_views, SCATTER_ATOMICS},
-    {"update_appearance", &vw_shader_update_appearance, check_update_appearance, SCATTER_ATOMICS},
+    {"fit_photo", &vw_shader_fit_photo, check_fit_photo, SCATTER_ATOMICS},
     {"update_code", &vw_shader_update_code, check_update_code, SCATTER_ATOMICS},
     {"generate_rays", &vw_shader_generate_rays, check_generate_rays, SCATTER_ATOMICS},
     {"refresh_occupancy", &vw_shader_refresh_occupancy, check_refresh_occupancy, SCATTER_ATOMICS},
@@ -62,7 +62,7 @@ static const struct vw_shader *const elsewhere[] = {
     // test_adjoint_product; test_gradient_methods the last
     &vw_shader_slope_views, &vw_shader_direct_adjoint, &vw_shader_reduce_adjoint, &vw_shader_perturb_params,
     &vw_shader_difference_rays, &vw_shader_difference_rays_effects, &vw_shader_normalise_slopes, &vw_shader_gather_grid,
-    &vw_shader_gather_weights, &vw_shader_gather_photo, &vw_shader_gather_code, &vw_shader_multiply_blocks,
+    &vw_shader_gather_weights, &vw_shader_gather_code, &vw_shader_multiply_blocks,
     // test_hard_importance
     &vw_shader_place_samples,
     // test_mlp_gradients
@@ -171,10 +171,9 @@ static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **
         assert_int_equal(vw_spirv_read(vw_shaders[i], NULL, 0, &spirv), VW_OK);
         for (uint32_t k = 0; k < spirv.slot_count; k++) storage_buffers += !spirv.slots[k].texel;
         print_message("%s: %u storage buffers\n", vw_shaders[i]->name, storage_buffers);
-        if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 12);
-        else if (vw_shaders[i] == &vw_shader_backward_transient_effects) assert_int_equal(storage_buffers, 12);
-        else if (vw_shaders[i] == &vw_shader_difference_rays_effects) assert_int_equal(storage_buffers, 10);
-        else if (vw_shaders[i] == &vw_shader_slope_pixels_effects) assert_int_equal(storage_buffers, 11);
+        if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 11);
+        else if (vw_shaders[i] == &vw_shader_backward_transient_effects) assert_int_equal(storage_buffers, 11);
+        else if (vw_shaders[i] == &vw_shader_slope_pixels_effects) assert_int_equal(storage_buffers, 10);
         else if (storage_buffers > most) most = storage_buffers;
     }
     assert_int_equal(most, vw_gpu_floor_limits.storage_buffers);
@@ -188,7 +187,7 @@ static void too_many_storage_buffers_are_refused_by_name(void **state) {
     const struct vw_pass_params params = {.shader = &vw_shader_backward_rays_effects};
     assert_int_equal(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE);
     assert_non_null(
-        strstr(vw_error_message(), "pass backward_rays: 12 storage buffers, the device binds 8; leave out"));
+        strstr(vw_error_message(), "pass backward_rays: 11 storage buffers, the device binds 8; leave out"));
     assert_int_equal(vw_gpu_close(&gpu), VW_OK);
 }
 

@@ -111,9 +111,10 @@ void reference_sky_gradient(const double direction[3], const double d_logit[3],
 void reference_background(const struct vw_specialization *s, uint32_t ray, vw_uint4 key, double background[3]);
 void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
                         const double direction[3], uint32_t ray, vw_uint4 key, double backdrop[3]);
-// Computes the pixel's colour on the background, when the run has that effect.
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, vw_uint4 key,
-                      double target[3]);
+struct reference_photo;
+// Computes the pixel's colour, corrected by its photo, on the background, when the run has that effect.
+void reference_target(const struct vw_specialization *s, const struct reference_photo *photo,
+                      const struct vw_pixel *pixel, uint32_t ray, vw_uint4 key, double target[3]);
 
 // ---- mlp.c ----------------------------------------------------------------------------------------------------------
 
@@ -199,16 +200,25 @@ double reference_curvature(const struct vw_specialization *s, double error);
 double reference_photo_rate(uint64_t visits); // times the learning rate
 extern const double reference_photo_ridge, reference_fit_ridge;
 
-struct reference_photo {     // params of one photo, or their gradient; 0 where the effect is off
+struct reference_photo {     // params of one photo; 0 where the effect is off
     double gain[3], bias[3]; // gain: beyond 1
     double code[REFERENCE_CODE];
 };
 uint32_t reference_photo_count(const struct vw_model *model);
 struct reference_photo reference_photo_of(const struct vw_model *model, const float *params, uint32_t view);
 void reference_appear(const struct reference_photo *photo, const double rendered[3], double seen[3]);
-// Accumulates into d_photo.
-void reference_appear_gradient(const struct reference_photo *photo, const double rendered[3], const double d_seen[3],
-                               struct reference_photo *d_photo, double d_rendered[3]);
+// Computes what a pixel of the photo would show if the photo's gain and bias were 0, within [0,1].
+void reference_correct(const struct reference_photo *photo, const double shown[3], double corrected[3]);
+// Sums over rays of a photo's visits: of weights, and by them of rendered values, their squares, what they are short of
+// the photo's, and the products with that. A ray whose corrected colour is black or white in a channel tells nothing.
+struct reference_photo_sums {
+    long double rays, rendered[3], squares[3], missing[3], products[3];
+};
+void reference_photo_sums_add(struct reference_photo_sums *sums, double weight, const double rendered[3],
+                              const double shown[3], const double corrected[3]);
+void reference_photo_sums_fade(struct reference_photo_sums *sums); // by another visit
+// Finds the photo's gain and bias (shaders/effects/appearance/fit_photo.comp); the code stays.
+void reference_fit_photo(const struct reference_photo_sums *sums, struct reference_photo *photo);
 // Computes what a code adds to the weights of the colour network's input 0; code weights are [width][REFERENCE_CODE].
 // The gradients are overwritten.
 void reference_mix_code(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], double *shift);
@@ -338,7 +348,7 @@ struct reference_step {
     double *d_grid;                                              // likewise
     double d_sky[VW_SKY_COLUMNS][3];                             // likewise
     uint32_t view;                                               // the view whose photo it is, in training
-    struct reference_photo d_photo;                              // gradient of the sum over rays
+    double d_code[REFERENCE_CODE];                               // gradient of the sum over rays, by its code
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
     double (*places)[2],
         *visible;       // per ray: where in its photo, which the caller sets; how visible, 1 outside training

@@ -63,19 +63,15 @@ static void list_points(const struct reference_step *step, uint32_t ray, struct 
     }
 }
 
-// Computes a ray's colour and loss. `photo` is NULL outside of training.
-static void forward_ray(struct reference_step *step, uint32_t index, const struct reference_photo *photo,
-                        struct reference_point *points) {
+static void forward_ray(struct reference_step *step, uint32_t index, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_ray *ray = &step->rays[index];
-    double unused, seen[3];
+    double unused;
     list_points(step, index, points);
     step->left[index] = reference_composite(points, s->samples, step->backdrops[index], step->colours[index]);
     double loss = 0.0, hidden = 1.0 - step->visible[index];
-    memcpy(seen, step->colours[index], sizeof seen);
-    if (photo) reference_appear(photo, step->colours[index], seen);
     for (int c = 0; c < 3; c++) {
-        step->errors[index][c] = seen[c] - ray->target[c];
+        step->errors[index][c] = step->colours[index][c] - ray->target[c];
         loss += ray->weight / 3.0 * reference_loss(s, step->errors[index][c], &unused);
     }
     step->losses[index] =
@@ -102,7 +98,6 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     vw_uint4 key = vw_model_key_of_step(step->model, number);
     struct reference_point *points = vw_allocate(s.samples, sizeof *points);
     struct reference_weights *weights = mix_weights(step, params, training);
-    const struct reference_photo *photo = training && params->photos ? &params->photos[step->view] : NULL;
     s.training = training;
     step->loss = 0.0;
     step->size_weight = reference_size_weight(&s, number);
@@ -121,7 +116,7 @@ void reference_step_forward(struct reference_step *step, const struct reference_
                 ? reference_visibility(params->visibility, params->visibility_codes[step->view], step->places[ray])
                 : 1.0;
         reference_backdrop(&s, params->sky, step->rays[ray].direction, ray, key, step->backdrops[ray]);
-        forward_ray(step, ray, photo, points);
+        forward_ray(step, ray, points);
     }
     free(points);
     free(weights);
@@ -142,7 +137,7 @@ void reference_step_backward(struct reference_step *step, const struct reference
     struct reference_d_point *d_points = vw_allocate(s->samples, sizeof *d_points);
     double d_shift[REFERENCE_WIDTH_MAX];
     memset(step->d_sky, 0, sizeof step->d_sky);
-    step->d_photo = (struct reference_photo){0};
+    memset(step->d_code, 0, sizeof step->d_code);
     memset(&step->d_weights, 0, sizeof step->d_weights);
     memset(step->d_visibility, 0, sizeof step->d_visibility);
     memset(step->d_visibility_code, 0, sizeof step->d_visibility_code);
@@ -156,11 +151,6 @@ void reference_step_backward(struct reference_step *step, const struct reference
             d_colour[c] *= step->visible[ray] * step->rays[ray].weight / 3.0;
         }
         if (params->visibility_codes) visibility_backward(step, params, ray);
-        if (params->photos) {
-            const double d_seen[3] = {d_colour[0], d_colour[1], d_colour[2]};
-            reference_appear_gradient(&params->photos[step->view], step->colours[ray], d_seen, &step->d_photo,
-                                      d_colour);
-        }
         list_points(step, ray, points);
         reference_composite_gradient(points, s->samples, step->backdrops[ray], d_colour, d_points);
         reference_sky_d_logit(step->backdrops[ray], step->left[ray], d_colour, d_logit);
@@ -177,7 +167,7 @@ void reference_step_backward(struct reference_step *step, const struct reference
     if (!params->photos) return;
     for (uint32_t i = 0; i < 4 * s->width4; i++) d_shift[i] = step->d_weights.colour1[i * REFERENCE_COLOUR_IN];
     reference_mix_code_gradient(4 * s->width4, params->code_weights, params->photos[step->view].code, d_shift,
-                                step->d_code_weights, step->d_photo.code);
+                                step->d_code_weights, step->d_code);
 }
 
 static uint64_t adopt(const uint32_t words[2], uint32_t count, const double *before, bool *active, double tolerance) {

@@ -89,7 +89,7 @@ FOLDER_TEST(every_field_is_read_from_text_and_binary) {
     assert_memory_equal(scenes[0]->hash, scenes[1]->hash, VW_HASH_BYTES);
 }
 
-// Splats begin at points, so that a run with others is another run.
+// Splats begin at points, and exposures are estimated where photos show them, so that a run with others is another run.
 FOLDER_TEST(the_hash_is_also_of_points_and_their_views) {
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
@@ -101,6 +101,11 @@ FOLDER_TEST(the_hash_is_also_of_points_and_their_views) {
     model.points[0].rgb[2] ^= 1;
     colmap_write_binary(*state, "sparse/0", &model);
     const struct vw_scene *painted = open_colmap(*state);
+    model.points[0].rgb[2] ^= 1;
+    model.images[0].features[model.points[0].tracks[0][1]][1] += 0.001;
+    colmap_write_binary(*state, "sparse/0", &model);
+    const struct vw_scene *elsewhere = open_colmap(*state);
+    assert_memory_not_equal(first->hash, elsewhere->hash, VW_HASH_BYTES);
     assert_memory_not_equal(first->hash, moved->hash, VW_HASH_BYTES);
     assert_memory_not_equal(first->hash, painted->hash, VW_HASH_BYTES);
     assert_memory_not_equal(moved->hash, painted->hash, VW_HASH_BYTES);

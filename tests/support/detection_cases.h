@@ -8,9 +8,9 @@
 
 #include "viewworth/scene.h"
 
-// Finds the facts of every case with `seed_count` seeds; with `pilots` it also decides by default pilots. Prints a
-// confusion matrix over all effects, and fails the test on a mistake about a fact. What pilots gain does not
-// follow from what a recipe is made of: their mistakes are only printed.
+// Decides what files and points tell of every case with `seed_count` seeds; with `pilots` also the rest, by default
+// pilots. Prints a confusion matrix, and fails the test on a mistake about what files and points tell. What pilots gain
+// does not follow from what a recipe is made of: their mistakes are only printed.
 void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots);
 
 // Makes a scene that calls for nothing, and one with a bright sky; owned by the caller.

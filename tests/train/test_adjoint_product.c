@@ -99,7 +99,6 @@ static double *as_block(const struct vw_model *model, struct reference_step *ste
     const struct vw_specialization *s = &model->specialization;
     double *block = test_allocate(model->param_bytes / 4, sizeof *block);
     double *weights = block + model->weights.offset_bytes / 4,
-           *photos = block + model->ranges[VW_SLOT_APPEARANCE].offset_bytes / 4,
            *code_weights = block + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / 4,
            *codes = block + model->ranges[VW_SLOT_CODES].offset_bytes / 4;
     struct reference_matrix matrices[REFERENCE_MATRICES];
@@ -110,14 +109,10 @@ static double *as_block(const struct vw_model *model, struct reference_step *ste
             weights[reference_block_index(s, m, i / matrices[m].in, i % matrices[m].in)] = matrices[m].values[i];
     for (int i = 0; model->ranges[VW_SLOT_SKY].size_bytes && i < 3 * VW_SKY_COLUMNS; i++)
         weights[4 * model->weight_columns + i / 3 * 4 + i % 3] = step->d_sky[i / 3][i % 3];
-    for (int c = 0; model->ranges[VW_SLOT_APPEARANCE].size_bytes && c < 3; c++) {
-        photos[8 * step->view + c] = step->d_photo.gain[c];
-        photos[8 * step->view + 4 + c] = step->d_photo.bias[c];
-    }
     for (uint64_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / 4; i++)
         code_weights[i] = step->d_code_weights[i];
     for (uint32_t i = 0; model->ranges[VW_SLOT_CODES].size_bytes && i < REFERENCE_CODE; i++)
-        codes[REFERENCE_CODE * step->view + i] = step->d_photo.code[i];
+        codes[REFERENCE_CODE * step->view + i] = step->d_code[i];
     for (uint64_t i = 0; i < model->param_bytes / 4; i++) block[i] *= s->inverse_rays;
     return block;
 }
@@ -166,6 +161,9 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
         credit_size += fabs((double)lambda[i] * ((double)after[i] - before[i]));
     }
     check_value(where, "credit", STEP, (double)row.x + row.y, credit, 1e-5 * credit_size);
+    const struct vw_param_range *held = &model->ranges[VW_SLOT_APPEARANCE];
+    for (uint64_t i = held->offset_bytes / 4; i < (held->offset_bytes + held->size_bytes) / 4; i++)
+        assert_true(gradient[i] == 0.0f && moved[i] == lambda[i]);
     const struct vw_push_rays push = {
         .first_pixel = pixel, .ray_count = lasting->backward.rays, .key = vw_model_key_of_step(model, STEP)};
     vw_submission_begin(lasting->replay.submission);

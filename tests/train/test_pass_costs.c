@@ -3,6 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "gpu/compute.h"
+#include "support/exposed_scene.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
@@ -70,6 +71,18 @@ TEST(every_dispatch_is_accounted_for) {
     check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_SHARED, "sky,appearance,appearance_code", 3);
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "appearance_encoder,occupancy,sky", 16);
     check_dispatches(VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance_code,transient", 3);
+}
+
+// No pass fits photos whose exposure is known from points, and none is counted.
+TEST(a_fit_that_no_step_makes_costs_nothing) {
+    for (int points = 0; points < 2; points++) {
+        struct vw_scene *scene = exposed_scene((struct exposed_scene_params){.gains = 1});
+        struct vw_config config = test_config_with("appearance");
+        struct vw_pass_costs costs;
+        if (!points) scene->point_count = scene->track_count = 0;
+        vw_trainer_pass_costs(test_trainer_create(scene, &config, false, 1), &costs);
+        assert_int_equal(find_cost(&costs, "fit_photo", NULL) != NULL, !points);
+    }
 }
 
 // Returns the cost of a pass for a number of rays.

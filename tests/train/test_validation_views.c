@@ -81,6 +81,7 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
     config.epochs = 12;
     config.rays = 200;
     config.val_rays = 320;
+    strcpy(config.effects, "none"); // appearance would fit the exposure of a validation photo
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     struct vw_ledger_image *images = test_allocate(scene->view_count, sizeof *images);
     char *folder = temporary_folder_create();

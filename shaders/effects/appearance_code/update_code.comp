@@ -1,6 +1,6 @@
 // The backward pass of mix_code, and the step: the gradient by the vector that was added is that by the weights it was
 // added to, of which follow those by the code weights (vector x code) and by the photo's code (code weights transposed
-// times vector). The code weights move at every step, the code lazily, as the photo's gain and bias do. One workgroup.
+// times vector). The code weights move at every step, the code lazily. One workgroup.
 #define PHOTO_CODE4 CODE4
 #define PHOTO_CODES VW_SLOT_CODES
 #define PHOTO_CODE_MOMENTS VW_SLOT_CODE_MOMENTS

@@ -1,6 +1,6 @@
 // backward_rays with the effect transient, one training ray per invocation: composites both densities, takes the loss,
 // and goes back to the gradients of the samples' rgb and raw density, of what the transient head gave out, and of the
-// sky's logit. Sky and appearance are in the variant VW_RAY_EFFECTS, as there.
+// sky's logit. The sky, and what fit_photo needs, are in the variant VW_RAY_EFFECTS, as there.
 #define SEES_BACK
 #include "effects/seen.glsl"
 #include "rays/sample_places.glsl"
@@ -33,7 +33,7 @@ void main() {
     }
     float left = transmittance(forward.tau);
     vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
-    vec3 rendered = forward.colour + left * backdrop, seen = seen_by_photo(state.view, rendered);
+    vec3 seen = forward.colour + left * backdrop;
     transient_slopes slopes;
     float weight = ray.target_weight.w; // padding and excluded pixels weigh 0
     float loss = weight * transient_loss(seen - ray.target_weight.rgb, forward, slopes);
@@ -41,7 +41,7 @@ void main() {
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // the step is not taken
 
     slopes = transient_slopes(weight * slopes.colour, weight * slopes.uncertainty, weight * slopes.density);
-    seen_back(ray_index, state.view, rendered, backdrop, left, slopes.colour);
+    seen_back(ray_index, seen, weight, backdrop, left, slopes.colour);
     float behind = left * dot(slopes.colour, backdrop);
     for (uint i = SAMPLES; i-- > 0u;) {
         uint slot = first + i;

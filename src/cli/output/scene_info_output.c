@@ -1,4 +1,5 @@
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
@@ -17,8 +18,9 @@ struct description {
     const struct vw_scene *scene;
     struct shared_camera *cameras; // owned; the distinct ones, in order of first use
     uint32_t camera_count;
-    uint32_t ranged_count;        // views with near and far
-    double near_world, far_world; // over all of them
+    uint32_t ranged_count;               // views with near and far
+    double near_world, far_world;        // over all of them
+    const struct vw_exposure *exposures; // the scene's
 };
 
 static bool same_camera(const struct vw_camera *a, const struct vw_camera *b) {
@@ -58,6 +60,8 @@ static enum vw_status describe(const struct vw_scene_info *info, struct descript
     *description = (struct description){.info = info, .scene = info->scene};
     description->cameras = vw_allocate(info->scene->view_count, sizeof *description->cameras);
     if (!description->cameras) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_scene_estimate_exposures(info->scene, &description->exposures);
+    if (status) return status;
     count_cameras(description);
     measure_range(description);
     return VW_OK;
@@ -84,6 +88,47 @@ static void print_points(const struct description *description) {
     if (description->ranged_count)
         vw_print("depths   %.6g to %.6g world units, from the points that %u photos see\n", description->near_world,
                  description->far_world, description->ranged_count);
+}
+
+// A photo and how bright it is beside the median one.
+struct toned {
+    const char *name;
+    double brightness;
+};
+
+static int compare_brightness(const void *a, const void *b) {
+    double left = ((const struct toned *)a)->brightness, right = ((const struct toned *)b)->brightness;
+    return (left > right) - (left < right);
+}
+
+// Lists the train photos whose exposure is known, the darkest first; the caller frees the list.
+static struct toned *list_exposed(const struct description *description, uint32_t *count) {
+    const struct vw_scene *scene = description->scene;
+    const struct vw_exposure *exposures = description->exposures;
+    struct toned *list = vw_allocate(scene->view_count, sizeof *list);
+    *count = 0;
+    for (uint32_t v = 0; list && v < scene->view_count; v++)
+        if (isfinite(exposures[v].error_with))
+            list[(*count)++] = (struct toned){scene->views[v].name, vw_exposure_brightness(&exposures[v])};
+    if (list) qsort(list, *count, sizeof *list, compare_brightness);
+    return list;
+}
+
+// Prints how photos differ in exposure, with those that stand out by a quarter.
+static void print_exposures(const struct description *description) {
+    enum { SHOWN = 3 };
+    uint32_t count = 0;
+    struct toned *list = list_exposed(description, &count);
+    if (count)
+        vw_print("exposure photos are %.2f to %.2f times as bright as the median photo, by the points that %u of %u "
+                 "share\n",
+                 list[0].brightness, list[count - 1].brightness, count,
+                 description->scene->split_count[VW_SPLIT_TRAIN]);
+    for (uint32_t i = 0; i < SHOWN && i < count && list[i].brightness < 0.75; i++)
+        vw_print("         dark: %s, %.2f\n", list[i].name, list[i].brightness);
+    for (uint32_t i = 1; i <= SHOWN && i <= count && list[count - i].brightness > 1.25; i++)
+        vw_print("         bright: %s, %.2f\n", list[count - i].name, list[count - i].brightness);
+    free(list);
 }
 
 static void print_estimate(const struct vw_estimate *estimate) {
@@ -116,6 +161,7 @@ static void print_text(const struct description *description) {
         vw_print("         %u of %u observations of points lie outside\n", vw_scene_count_outside(scene, box),
                  scene->track_count);
     print_points(description);
+    print_exposures(description);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     print_estimate(&description->info->estimate);
     vw_print("\n%s\n", vw_effects_heading);
@@ -164,6 +210,22 @@ static json_t *notes_to_json(const struct vw_scene *scene) {
     return array;
 }
 
+static json_t *exposures_to_json(const struct description *description) {
+    const struct vw_scene *scene = description->scene;
+    json_t *array = json_array();
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_exposure *e = &description->exposures[v];
+        if (scene->views[v].split != VW_SPLIT_TRAIN) continue;
+        vw_json_append(&array,
+                       json_pack("{s:s, s:f, s:[f,f,f], s:[f,f,f], s:I, s:o, s:o}", "name", scene->views[v].name,
+                                 "brightness", vw_exposure_brightness(e), "gain", 1.0 + e->gain[0], 1.0 + e->gain[1],
+                                 1.0 + e->gain[2], "bias", e->bias[0], e->bias[1], e->bias[2], "observations",
+                                 (json_int_t)e->observation_count, "mse_without", vw_json_real(e->error_without),
+                                 "mse_with", vw_json_real(e->error_with)));
+    }
+    return array;
+}
+
 // Returns null if no view sees points.
 static json_t *depths_to_json(const struct description *description) {
     if (!description->ranged_count) return json_null();
@@ -184,13 +246,13 @@ static json_t *estimate_to_json(const struct vw_estimate *estimate) {
 
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
-    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o}", "scene", scene->path,
-                     "format", scene->format, "views", (json_int_t)scene->view_count, "splits", splits_to_json(scene),
-                     "cameras", cameras_to_json(description), "bounds", bounds_to_json(scene), "has_alpha",
-                     scene->has_alpha, "masks", (json_int_t)scene->masked_view_count, "points",
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o}", "scene",
+                     scene->path, "format", scene->format, "views", (json_int_t)scene->view_count, "splits",
+                     splits_to_json(scene), "cameras", cameras_to_json(description), "bounds", bounds_to_json(scene),
+                     "has_alpha", scene->has_alpha, "masks", (json_int_t)scene->masked_view_count, "points",
                      (json_int_t)scene->point_count, "tracks", (json_int_t)scene->track_count, "depths",
-                     depths_to_json(description), "notes", notes_to_json(scene), "estimate",
-                     estimate_to_json(&description->info->estimate), "effects",
+                     depths_to_json(description), "exposures", exposures_to_json(description), "notes",
+                     notes_to_json(scene), "estimate", estimate_to_json(&description->info->estimate), "effects",
                      vw_effects_to_json(description->info->effects, description->info->effect_count));
 }
 

@@ -92,6 +92,7 @@ enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct 
                                              .config = &run->config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
+                                             .awaits_field = true,
                                              .binding = &run->binding};
     char *path = vw_path_join(run->out, VW_FIELD_FILE);
     if (!path) return VW_ERROR_MEMORY;

@@ -486,6 +486,7 @@ static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_s
                            const struct vw_push_rays *rays, uint32_t row) {
     const struct vw_step_passes *step = backward->context->step;
     const struct vw_push_block block = {.count = block_vectors(backward)};
+    record_restore(backward, submission, backward->blocks.before); // which correct the photo
     vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_submission_dispatch(submission, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);
     record_reduce(backward, submission, row);

@@ -1,6 +1,8 @@
 // The effect `appearance`: photos differ in exposure and white balance. Each train photo has a gain and a bias per
-// channel of the rendered colours (shaders/effects/appearance/appearance.glsl). Only training uses them: validation
-// fits a gain and a bias of its own to each view (shaders/effects/appearance/fit_views.comp), and rendering uses none.
+// channel, by which training corrects it (shaders/effects/appearance/appearance.glsl). Points of structure from motion
+// give them before the first step (scene/exposures.c), and nothing moves them. In a scene without points,
+// shaders/effects/appearance/fit_photo.comp fits them at every visit. Validation fits a gain and a bias of its own to
+// each view (shaders/effects/appearance/fit_views.comp), and rendering uses none.
 #include <string.h>
 
 #include "base/memory.h"
@@ -14,34 +16,51 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
                           6 * trained_views);
 }
 
+static enum vw_status take_from_scene(const struct vw_model *model, const struct vw_scene *scene, void *params) {
+    const struct vw_exposure *exposures = NULL;
+    struct vw_appearance *photos =
+        (struct vw_appearance *)((char *)params + model->ranges[VW_SLOT_APPEARANCE].offset_bytes);
+    if (model->specialization.effect_appearance != APPEARANCE_GIVEN) return VW_OK;
+    enum vw_status status = vw_scene_estimate_exposures(scene, &exposures);
+    for (uint32_t v = 0; v < model->view_count && !status; v++)
+        for (int i = 0; i < 3; i++) {
+            (&photos[v].gain.x)[i] = (float)exposures[v].gain[i];
+            (&photos[v].bias.x)[i] = (float)exposures[v].bias[i];
+        }
+    return status;
+}
+
+static bool is_fitted(const struct vw_model *model) {
+    return model->specialization.effect_appearance == APPEARANCE_FITTED;
+}
+
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
-    uint64_t photos = model->view_count, rays = padded_rays;
+    uint64_t fitted = is_fitted(model), photos = fitted * model->view_count, rays = fitted * padded_rays;
     const struct vw_effect_buffer listed[] = {
-        {VW_SLOT_D_APPEARANCE, "d_appearance", sizeof(struct vw_appearance) * rays, VW_EFFECT_OF_STEP},
-        {VW_SLOT_APPEARANCE_MOMENTS, "appearance_moments", sizeof(struct vw_appearance_moments) * photos,
-         VW_EFFECT_CARRIED},
+        {VW_SLOT_RENDERED, "rendered", sizeof(vw_float4) * rays, VW_EFFECT_OF_STEP},
+        {VW_SLOT_PHOTO_SUMS, "photo_sums", sizeof(struct vw_photo_sums) * photos, VW_EFFECT_CARRIED},
     };
     memcpy(buffers, listed, sizeof listed);
     return VW_ARRAY_COUNT(listed);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    const double bytes = work->rays * sizeof(struct vw_appearance); // per ray the gradient by gain and bias
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"update_appearance", NULL, 1, 0, bytes});
+    const double bytes = work->rays * (sizeof(vw_float4) + sizeof(struct vw_ray));
+    if (is_fitted(work->model)) vw_pass_cost_add(costs, (struct vw_pass_cost){"fit_photo", NULL, 1, 0, bytes});
 }
 
 const struct vw_effect_kind vw_effect_appearance = {
     .name = "appearance",
     .constant = VW_EFFECT_CONSTANT(appearance),
-    .adjoint = VW_ADJOINT_FOLLOWS,
-    .gather = &vw_shader_gather_photo,
-    .gathered = VW_SLOT_APPEARANCE,
+    .adjoint = VW_ADJOINT_HOLDS,
     .training_alone = true,
     .fits_views = true,
     .binds_ray_buffers = true,
-    .update = &vw_shader_update_appearance,
+    .update = &vw_shader_fit_photo,
+    .updates = is_fitted,
     .ranges = {VW_SLOT_APPEARANCE},
     .lay_out_ranges = lay_out_ranges,
+    .take_from_scene = take_from_scene,
     .list_buffers = list_buffers,
     .list_costs = list_costs,
 };

@@ -7,15 +7,24 @@
 
 // ---- Of a model -----------------------------------------------------------------------------------------------------
 
-void vw_effects_initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
-    for (uint32_t i = 0; i < model->effect_count; i++)
-        if (model->effects[i]->initialise) model->effects[i]->initialise(model, drawn, params);
+enum vw_status vw_effects_initialise(const struct vw_model *model, const struct vw_scene *scene,
+                                     const struct vw_drawn *drawn, void *params) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < model->effect_count && !status; i++) {
+        const struct vw_effect_kind *kind = model->effects[i];
+        if (kind->initialise) kind->initialise(model, drawn, params);
+        if (kind->take_from_scene && !model->awaits_params) status = kind->take_from_scene(model, scene, params);
+    }
+    return status;
 }
 
 bool vw_effects_are_of_rays(const struct vw_model *model, const struct vw_specialization *specialization) {
     bool found = false;
-    for (uint32_t i = 0; i < model->effect_count; i++)
-        found |= model->effects[i]->binds_ray_buffers && vw_effect_is_on(model->effects[i], specialization);
+    for (uint32_t i = 0; i < model->effect_count; i++) {
+        const struct vw_effect_kind *kind = model->effects[i];
+        found |= kind->binds_ray_buffers && vw_effect_is_on(kind, specialization) &&
+                 (!kind->updates || kind->updates(model));
+    }
     return found;
 }
 
@@ -66,7 +75,7 @@ enum vw_status vw_effects_create_buffers(const struct vw_model *model, struct vw
         uint32_t count = list_buffers(model->effects[i], model, padded_rays, buffers);
         for (uint32_t k = 0; k < count && !status; k++) {
             const struct vw_buffer_row row = {&created[buffers[k].slot], buffers[k].name, buffers[k].size_bytes};
-            if (!!(buffers[k].use & VW_EFFECT_OF_FIELD) == of_field)
+            if (buffers[k].size_bytes && !!(buffers[k].use & VW_EFFECT_OF_FIELD) == of_field)
                 status = vw_buffers_create(objects, VW_BUFFER_DEVICE, &row, 1);
         }
     }
@@ -121,7 +130,7 @@ void vw_effects_training_state(const struct vw_model *model, const struct vw_eff
         struct vw_effect_buffer own[VW_EFFECT_BUFFERS_MAX];
         uint32_t own_count = list_buffers(model->effects[i], model, 0, own);
         for (uint32_t k = 0; k < own_count; k++)
-            if (own[k].use & VW_EFFECT_CARRIED)
+            if (own[k].size_bytes && own[k].use & VW_EFFECT_CARRIED)
                 state[(*count)++] =
                     (own[k].use & VW_EFFECT_OF_FIELD ? buffers->of_field : buffers->of_step)[own[k].slot];
     }
@@ -142,7 +151,7 @@ enum vw_status vw_effects_create_passes(const struct vw_model *model, struct vw_
             rows[k].shader = half ? kind->shaders[k].half : kind->shaders[k].shader;
             rows[k].pass = &effects->sets[i].passes[k];
         }
-        if (of_step) rows[VW_EFFECT_UPDATE].shader = kind->update;
+        if (of_step && (!kind->updates || kind->updates(model))) rows[VW_EFFECT_UPDATE].shader = kind->update;
         status = vw_passes_create(objects, common, rows, count);
     }
     return status;

@@ -7,7 +7,8 @@
 
 // ---- Of a model ----
 
-void vw_effects_initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
+enum vw_status vw_effects_initialise(const struct vw_model *model, const struct vw_scene *scene,
+                                     const struct vw_drawn *drawn, void *params);
 
 // Returns whether an effect is on, in the model and here, whose buffers are in variants of the passes over rays.
 bool vw_effects_are_of_rays(const struct vw_model *model, const struct vw_specialization *specialization);

@@ -6,7 +6,7 @@
 // Outside effects/, these files of train/ name an effect: fields/hash.c (transient, occupancy), fields/mlp.c
 // (transient), field.c (unbounded), importance.c (transient, appearance_code, appearance_encoder), model.c (transient,
 // occupancy, sky, background, unbounded, wide_box), gradient_passes.c and volume_step.c (transient),
-// adjoint/kept_steps.c (occupancy). The list is of train/ only.
+// adjoint/kept_steps.c (occupancy), trainer_outputs.c (appearance). The list is of train/ only.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 
@@ -30,7 +30,7 @@ enum { VW_EFFECT_PASSES_MAX = 8, VW_EFFECT_BUFFERS_MAX = 8, VW_EFFECT_UPDATE = V
 struct vw_effect_buffer {
     uint32_t slot;
     const char *name;
-    uint64_t size_bytes;
+    uint64_t size_bytes; // 0: it is not created, and bound as unused
     enum vw_effect_use {
         VW_EFFECT_OF_STEP,
         VW_EFFECT_CARRIED = 1,  // part of the training's state: one step leaves it to the next
@@ -79,6 +79,7 @@ struct vw_effect_kind {
     // Passes of a step; where sees_photos, the first photo_pass_count of them also of an evaluator.
     struct vw_effect_shader shaders[VW_EFFECT_PASSES_MAX];
     uint32_t photo_pass_count;
+    bool (*updates)(const struct vw_model *model); // whether there is an update; NULL: yes
     const struct vw_shader *update; // moves what belongs to the step's photo, before update_weights, in one workgroup
     // A pass of every set of gradient passes, recorded after the last chunk of rays, with its number of invocations.
     const struct vw_shader *ray_gradient;
@@ -88,12 +89,14 @@ struct vw_effect_kind {
     const struct vw_shader *gather;
     uint32_t gathered, gathered_second;
 
-    // Params: columns that update_weights moves, after those of the field; then ranges, of which those of views that
-    // are not trained on stay 0. Initial values are 0 except for what initialise() writes.
+    // Params: columns that update_weights moves, after those of the field; then ranges, of which those of views of
+    // other splits than train stay 0. Initial values are 0 except for what initialise() draws and take_from_scene()
+    // estimates.
     uint32_t ranges[2]; // slots of the latter, 0: no more
     void (*lay_out_columns)(const struct vw_config *config, struct vw_model *model);
     void (*lay_out_ranges)(struct vw_model *model, uint64_t trained_views);
     void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
+    enum vw_status (*take_from_scene)(const struct vw_model *model, const struct vw_scene *scene, void *params);
 
     // Lists its buffers, for a step of so many rays (0: those of the field alone matter); returns how many.
     uint32_t (*list_buffers)(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers);

@@ -15,6 +15,8 @@
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
 static const char measured_gain[] = "gain in a short training over one without, dB, +- standard error";
+static const char appearance_gain[] =
+    "gain by exposures of photos, by points or in a short training, dB, +- standard error";
 static const char on_request[] = "nothing: on where --effects names it";
 
 // clang-format off
@@ -28,15 +30,14 @@ static const struct vw_effect effects[] = {
     // Its last sample reaches so far that nothing beyond it is seen.
     {.name = "unbounded", .constant = CONSTANT(unbounded), .meaning = measured_gain, .hides = "sky"},
     {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = {{.name = "unbounded"}}},
-    {.name = "appearance", .constant = CONSTANT(appearance), .of_splats = true, .meaning = measured_gain},
+    {.name = "appearance", .constant = CONSTANT(appearance), .of_splats = true, .meaning = appearance_gain},
     // Splats have no codes: a shift of all constant harmonics alike is the bias of appearance, and one per splat would
     // need columns and passes of its own.
-    {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = measured_gain,
-     .requires = "appearance"},
+    {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = on_request, .requires = "appearance",
+     .on_request = true},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
     {.name = "occupancy", .constant = CONSTANT(occupancy), .conflicts = {{.name = "unbounded"}},
-     .meaning =
-         "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
+     .meaning = on_request, .on_request = true},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
     // Skipping leaves out samples where the field itself is empty, which may contain what one photo alone shows;
     // visibility says the same of whole rays, by another loss.
@@ -119,6 +120,12 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 // signs means exactly these effects; signs change what the evidence calls for.
 bool vw_effects_leave_to_evidence(const char *choice) {
     return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-';
+}
+
+struct vw_effect_verdict *vw_effects_find(struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!strcmp(verdicts[i].name, name)) return &verdicts[i];
+    return NULL;
 }
 
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
@@ -260,6 +267,8 @@ void vw_effects_specialise(const struct vw_effect_verdict *verdicts, const struc
     }
     if (specialization->effect_distortion && any_rich_lens(scene))
         specialization->effect_distortion = DISTORTION_ANY_LENS;
+    if (specialization->effect_appearance)
+        specialization->effect_appearance = vw_scene_tells_exposures(scene) ? APPEARANCE_GIVEN : APPEARANCE_FITTED;
     if (!specialization->effect_background) return;
     specialization->background_red = scene->background[0];
     specialization->background_green = scene->background[1];

@@ -9,7 +9,7 @@
 #include "train/evaluator.h"
 
 enum { NUMBERS = 4 * CODE4, STEPS = 4, TRIES = 3 };
-static const double RIDGE = 0.01;            // PHOTO_RIDGE of shaders/effects/appearance/appearance.glsl
+static const double RIDGE = 0.01;            // PHOTO_RIDGE of shaders/networks/photo_ridge.glsl
 static const double DIFFERENCE = 1.0 / 64.0; // in a code's numbers; renders have 24 bits
 
 struct fitting {

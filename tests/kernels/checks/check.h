@@ -44,7 +44,7 @@ void check_between(const char *where, const char *what, uint64_t index, double d
 // ---- Passes ---------------------------------------------------------------------------------------------------------
 
 typedef void pass_check(struct step_bench *bench, enum input_kind kind);
-pass_check check_mix_code, check_update_appearance, check_update_code, check_fit_views;
+pass_check check_mix_code, check_fit_photo, check_update_code, check_fit_views;
 pass_check check_predict_visibility, check_gradient_visibility, check_reduce_visibility,
     check_update_visibility; // likewise only with the effect `visibility`
 pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays,

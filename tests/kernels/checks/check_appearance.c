@@ -1,5 +1,4 @@
-// The passes of photos with numbers of their own against the reference: fit_views, mix_code, update_appearance and
-// update_code.
+// The passes of photos with numbers of their own against the reference: fit_views, mix_code, fit_photo and update_code.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -8,12 +7,7 @@
 
 static const double STEP_TOLERANCE = 5e-4; // relative to a step's length: see check_optimizer.c
 static const double MOMENT_TOLERANCE = 1e-6;
-enum {
-    UPDATES = 3,
-    AFFINE = 8,
-    MOMENT_WORDS = sizeof(struct vw_appearance_moments) / 4,
-    CODE_WORDS = sizeof(struct vw_code_moments) / 4
-};
+enum { UPDATES = 3, CODE_WORDS = sizeof(struct vw_code_moments) / 4 };
 
 static uint32_t count_of(const struct vw_param_range *range) { return (uint32_t)(range->size_bytes / sizeof(float)); }
 static const float *values_of(const struct vw_param_range *range, const float *params) {
@@ -178,39 +172,229 @@ static void check_untouched(const struct step_bench *bench, const char *what, co
                             (const char *)before + view * photo_bytes, photo_bytes);
 }
 
-// ---- update_appearance ----------------------------------------------------------------------------------------------
+// ---- fit_photo ------------------------------------------------------------------------------------------------------
 
-static void check_photo(const struct step_bench *bench, const float *shares, const float *before, const float *after,
-                        const float *moments, const float *moments_after) {
-    const float *own = moments + MOMENT_WORDS * bench->view, *own_after = moments_after + MOMENT_WORDS * bench->view;
-    uint32_t visits, visits_after;
-    memcpy(&visits, own + 16, 4);
-    memcpy(&visits_after, own_after + 16, 4);
-    check_value(bench->where, "visits", bench->view, visits_after, visits < INT32_MAX ? visits + 1.0 : INT32_MAX, 0.0);
-    for (uint32_t i = 0; i < AFFINE; i++) {
-        double sum = 0.0, magnitude = 0.0, inverse_rays = bench->model.specialization.inverse_rays,
-               value = before[AFFINE * bench->view + i];
-        for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
-            sum += shares[AFFINE * ray + i];
-            magnitude += fabs((double)shares[AFFINE * ray + i]);
-        }
-        uint32_t at = i / 4 * 8 + i % 4; // gain1, gain2, bias1, bias2
-        check_number(
-            bench, &(struct number){.name = i < 4 ? "gain" : "bias",
-                                    .index = i,
-                                    .visits = visits_after,
-                                    .gradient = sum * inverse_rays + reference_photo_ridge * value,
-                                    .gradient_error = (bench->step.padded_rays / 64.0 + 68.0) * FLOAT_ROUNDING *
-                                                      (magnitude * inverse_rays + reference_photo_ridge * fabs(value)),
-                                    .rate = reference_photo_rate(visits_after),
-                                    .value = (float)value,
-                                    .moment1 = own[at],
-                                    .moment2 = own[at + 4],
-                                    .value_after = after[AFFINE * bench->view + i],
-                                    .moment1_after = own_after[at],
-                                    .moment2_after = own_after[at + 4]});
+// A visit: what the pass reads and writes.
+struct visit {
+    struct vw_ray *rays;
+    vw_float4 *rendered;
+    struct vw_appearance photo, photo_after;
+    struct vw_photo_sums sums, sums_after;
+};
+
+// A value in double, with the sum of magnitudes that its rounding is relative to.
+struct sum {
+    double value, magnitude;
+};
+
+static void add_to(struct sum *sum, double weight, double value, double magnitude) {
+    sum->value += weight * value;
+    sum->magnitude += weight * magnitude;
+}
+
+// Lists the sums of a channel after the visit: of rays, rendered, squares, missing, products.
+static void sum_channel(const struct step_bench *bench, const struct visit *visit, uint32_t c, struct sum sums[5]) {
+    const float *before[] = {&visit->sums.rendered.w, &visit->sums.rendered.x + c, &visit->sums.squares.x + c,
+                             &visit->sums.missing.x + c, &visit->sums.products.x + c};
+    for (int i = 0; i < 5; i++) sums[i] = (struct sum){0.5 * *before[i], 0.5 * fabs((double)*before[i])};
+    for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
+        const vw_float4 target = visit->rays[ray].target_weight;
+        bool clipped = !(target.x > 0.0f && target.x < 1.0f && target.y > 0.0f && target.y < 1.0f && target.z > 0.0f &&
+                         target.z < 1.0f);
+        double weight = clipped ? 0.0 : visit->rendered[ray].w, rendered = (&visit->rendered[ray].x)[c],
+               scaled = (1.0 + (&visit->photo.gain.x)[c]) * (&visit->rays[ray].target_weight.x)[c],
+               bias = (&visit->photo.bias.x)[c], missing = scaled + bias - rendered,
+               missing_size = fabs(scaled) + fabs(bias) + fabs(rendered);
+        add_to(&sums[0], weight, 1.0, 1.0);
+        add_to(&sums[1], weight, rendered, fabs(rendered));
+        add_to(&sums[2], weight, rendered * rendered, rendered * rendered);
+        add_to(&sums[3], weight, missing, missing_size);
+        add_to(&sums[4], weight, rendered * missing, fabs(rendered) * missing_size);
     }
 }
+
+// Holds the sums against the reference's, and gain and bias against what the reference makes of the device's sums.
+// BIAS_PULL keeps the determinant above a twelfth of its first product, which magnifies its rounding by as much.
+static void check_fitted(const struct step_bench *bench, const struct visit *visit, uint32_t c) {
+    static const char *const names[] = {"rays", "rendered", "squares", "missing", "products"};
+    const float *after[] = {&visit->sums_after.rendered.w, &visit->sums_after.rendered.x + c,
+                            &visit->sums_after.squares.x + c, &visit->sums_after.missing.x + c,
+                            &visit->sums_after.products.x + c};
+    struct sum sums[5];
+    sum_channel(bench, visit, c, sums);
+    for (int i = 0; i < 5; i++)
+        check_value(bench->where, names[i], c, *after[i], sums[i].value,
+                    (bench->step.padded_rays / 64.0 + 72.0) * FLOAT_ROUNDING * sums[i].magnitude +
+                        4.0 * bench->step.padded_rays * FLOAT_LEAST);
+    struct reference_photo_sums device = {.rays = *after[0]};
+    struct reference_photo photo = {0};
+    device.rendered[c] = *after[1];
+    device.squares[c] = *after[2];
+    device.missing[c] = *after[3];
+    device.products[c] = *after[4];
+    reference_fit_photo(&device, &photo);
+    double biased = 1.1 * *after[0] + reference_fit_ridge, squares = *after[2] + reference_fit_ridge,
+           products = fabs((double)*after[4]) + fabs((double)*after[1] * *after[3]) / biased,
+           gain_error = 12.0 * 8.0 * FLOAT_ROUNDING * (products / squares + fabs(photo.gain[c])) + 16.0 * FLOAT_LEAST,
+           shown = fabs((double)*after[3]) + fabs(photo.gain[c] * *after[1]),
+           bias_error = (4.0 * FLOAT_ROUNDING * shown + gain_error * fabs((double)*after[1])) / biased + FLOAT_LEAST;
+    check_value(bench->where, "fitted gain", c, (&visit->photo_after.gain.x)[c], photo.gain[c], gain_error);
+    check_value(bench->where, "fitted bias", c, (&visit->photo_after.bias.x)[c], photo.bias[c], bias_error);
+}
+
+struct photo_state {
+    float *params;
+    struct vw_photo_sums *sums;
+};
+
+static struct photo_state read_photos(struct step_bench *bench) {
+    return (struct photo_state){step_bench_read(bench, bench->field.params),
+                                step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS])};
+}
+
+static const struct vw_appearance *photo_of(const struct step_bench *bench, const float *params) {
+    return (const struct vw_appearance *)values_of(&bench->model.ranges[VW_SLOT_APPEARANCE], params) + bench->view;
+}
+
+static void dispatch_fit(struct step_bench *bench, const struct visit *visit, bool flagged) {
+    const struct vw_push_update push = {.count = bench->step.padded_rays};
+    const struct vw_step_state state = {.nonfinite = flagged, .view = bench->view};
+    step_bench_write(bench, bench->step.ray_buffer, visit->rays);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_RENDERED], visit->rendered);
+    step_bench_write(bench, bench->field.step_state, &state);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "fit_photo"), &push, sizeof push, 1);
+}
+
+static void check_visit(struct step_bench *bench, struct visit *visit) {
+    const struct vw_param_range *range = &bench->model.ranges[VW_SLOT_APPEARANCE];
+    const struct photo_state before = read_photos(bench);
+    const uint32_t photos = reference_photo_count(&bench->model);
+    dispatch_fit(bench, visit, false);
+    const struct photo_state after = read_photos(bench);
+    const struct vw_step_state *state = step_bench_read(bench, bench->field.step_state);
+    visit->photo = *photo_of(bench, before.params);
+    visit->photo_after = *photo_of(bench, after.params);
+    visit->sums = before.sums[bench->view];
+    visit->sums_after = after.sums[bench->view];
+    for (uint32_t c = 0; c < 3; c++) check_fitted(bench, visit, c);
+    assert_true(state->nonfinite == 0 && visit->photo_after.gain.w == 0.0f && visit->photo_after.bias.w == 0.0f);
+    check_same_bits(bench->where, "grid and weights", after.params, before.params, range->offset_bytes);
+    check_untouched(bench, "other photos", values_of(range, after.params), values_of(range, before.params), photos,
+                    sizeof(struct vw_appearance));
+    check_untouched(bench, "other photos' sums", after.sums, before.sums, photos, sizeof *after.sums);
+}
+
+// Draws rays, of which some are masked.
+static void draw_visit(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
+                       struct visit *visit) {
+    for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
+        float numbers[6];
+        input_fill(kind, random, numbers, 6);
+        float weight = ray % 7 == 2 ? 0.0f : ray % 5 == 1 ? 0.25f : 1.0f;
+        visit->rays[ray].target_weight = (vw_float4){numbers[0], numbers[1], numbers[2], weight};
+        visit->rendered[ray] = (vw_float4){numbers[3], numbers[4], numbers[5], weight};
+    }
+}
+
+static void check_still(struct step_bench *bench, const struct visit *visit, bool flagged) {
+    const struct photo_state before = read_photos(bench);
+    dispatch_fit(bench, visit, flagged);
+    const struct photo_state after = read_photos(bench);
+    const struct vw_step_state *state = step_bench_read(bench, bench->field.step_state);
+    if (!state->nonfinite)
+        fail_msg("%s: rendered %g, target %g is not flagged", bench->where, (double)visit->rendered[1].y,
+                 (double)visit->rays[1].target_weight.y);
+    check_same_bits(bench->where, "params of a skipped step", after.params, before.params, bench->model.param_bytes);
+    check_same_bits(bench->where, "sums of a skipped step", after.sums, before.sums,
+                    vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS]));
+}
+
+// Checks that a value that is not finite, or has no square, moves nothing, and that the flag says so; nor does a step
+// that was flagged before.
+static void check_not_finite(struct step_bench *bench, const struct visit *visit) {
+    static const float wrong[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
+        const float rendered = visit->rendered[1].y, target = visit->rays[1].target_weight.y;
+        visit->rendered[1].y = wrong[i];
+        check_still(bench, visit, false);
+        visit->rendered[1].y = rendered;
+        visit->rays[1].target_weight.y = wrong[i];
+        if (!isfinite(wrong[i])) check_still(bench, visit, false);
+        visit->rays[1].target_weight.y = target;
+    }
+    check_still(bench, visit, true);
+}
+
+// Checks that what masked rays hold changes no bit.
+static void check_masked(struct step_bench *bench, struct visit *visit, const struct photo_state *start) {
+    struct photo_state after[2];
+    for (int i = 0; i < 2; i++) {
+        step_bench_write(bench, bench->field.params, start->params);
+        step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS], start->sums);
+        dispatch_fit(bench, visit, false);
+        after[i] = read_photos(bench);
+        for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++)
+            if (visit->rendered[ray].w == 0.0f) {
+                visit->rendered[ray] = (vw_float4){7.0f, -3.0f, 100.0f, 0.0f};
+                visit->rays[ray].target_weight = (vw_float4){-2.0f, 50.0f, 0.25f, 0.0f};
+            }
+    }
+    check_same_bits(bench->where, "params, masked rays aside", after[1].params, after[0].params,
+                    bench->model.param_bytes);
+    check_same_bits(bench->where, "sums, masked rays aside", after[1].sums, after[0].sums,
+                    vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS]));
+}
+
+// Checks that a nearly black photo of what is bright comes to the least gain and stays there.
+static void check_dark(struct step_bench *bench, struct visit *visit) {
+    enum { VISITS = 8 };
+    float *params = step_bench_read(bench, bench->field.params);
+    uint64_t first = bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof *params + 8 * bench->view;
+    memset(params + first, 0, sizeof(struct vw_appearance));
+    step_bench_write(bench, bench->field.params, params);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS],
+                     test_allocate(vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS]), 1));
+    for (int i = 0; i < VISITS; i++) {
+        const struct vw_appearance photo = *photo_of(bench, step_bench_read(bench, bench->field.params));
+        for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
+            vw_float4 *target = &visit->rays[ray].target_weight;
+            for (int c = 0; c < 3; c++)
+                (&target->x)[c] = (0.01f - (&photo.bias.x)[c]) / (1.0f + (&photo.gain.x)[c]); // as it is corrected
+            target->w = 1.0f;
+            visit->rendered[ray] = (vw_float4){ray % 11 / 10.0f, ray % 8 / 7.0f, 1.0f - ray % 6 / 5.0f, 1.0f};
+        }
+        check_visit(bench, visit);
+    }
+    for (int c = 0; c < 3; c++) assert_true((&visit->photo_after.gain.x)[c] == -0.9f);
+}
+
+void check_fit_photo(struct step_bench *bench, enum input_kind kind) {
+    struct vw_buffer *sums = bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS];
+    if (is_off(step_bench_effect_pass(bench, "fit_photo"), &bench->model.ranges[VW_SLOT_APPEARANCE], sums)) return;
+    struct test_random random = {.seed = bench->config.seed};
+    struct visit visit = {.rays = test_allocate(bench->step.padded_rays, sizeof *visit.rays),
+                          .rendered = test_allocate(bench->step.padded_rays, sizeof *visit.rendered)};
+    step_bench_write_params(bench);
+    struct photo_state start = read_photos(bench);
+    memset(start.sums, 0, vw_buffer_size_bytes(sums));
+    for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++)
+        if (view != bench->view) input_fill(INPUT_ORDINARY, &random, &start.sums[view].rendered.x, 16);
+    step_bench_write(bench, sums, start.sums);
+    for (int i = 0; i < UPDATES; i++) {
+        draw_visit(bench, kind, &random, &visit);
+        check_visit(bench, &visit);
+    }
+    if (kind == INPUT_ORDINARY) {
+        start = read_photos(bench);
+        check_masked(bench, &visit, &start);
+        check_not_finite(bench, &visit);
+        check_dark(bench, &visit);
+    }
+    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+    step_bench_write_params(bench);
+}
+
+// ---- update_code ----------------------------------------------------------------------------------------------------
 
 static uint32_t visits_before(enum input_kind kind) {
     return kind == INPUT_SATURATING ? INT32_MAX - 1 : kind == INPUT_LARGE ? 1000000 : 0;
@@ -222,54 +406,6 @@ static void write_visits(struct step_bench *bench, struct vw_buffer *moments, ui
         zeros[words * view + words - 1] = visits;
     step_bench_write(bench, moments, zeros);
 }
-
-static void update_photo(struct step_bench *bench, const float *shares) {
-    const struct vw_param_range *range = &bench->model.ranges[VW_SLOT_APPEARANCE];
-    struct vw_push_update push = {.count = bench->step.padded_rays};
-    float *before = step_bench_read(bench, bench->field.params),
-          *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
-    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE], shares);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_appearance"), &push, sizeof push, 1);
-    float *after = step_bench_read(bench, bench->field.params),
-          *moments_after = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
-    uint32_t photos = reference_photo_count(&bench->model);
-    check_photo(bench, shares, values_of(range, before), values_of(range, after), moments, moments_after);
-    check_same_bits(bench->where, "grid and weights", after, before, range->offset_bytes);
-    check_untouched(bench, "other photos", values_of(range, after), values_of(range, before), photos,
-                    sizeof(struct vw_appearance));
-    check_untouched(bench, "other photos' moments", moments_after, moments, photos,
-                    sizeof(struct vw_appearance_moments));
-}
-
-void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
-    if (is_off(step_bench_effect_pass(bench, "update_appearance"), &bench->model.ranges[VW_SLOT_APPEARANCE],
-               bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]))
-        return;
-    struct test_random random = {.seed = bench->config.seed};
-    float *shares = test_allocate(AFFINE * (size_t)bench->step.padded_rays, sizeof *shares);
-    step_bench_write_params(bench);
-    write_visits(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS], MOMENT_WORDS, visits_before(kind));
-    for (int i = 0; i < UPDATES; i++) {
-        for (uint32_t k = 0; k < AFFINE * bench->step.padded_rays; k++)
-            shares[k] = k % 4 == 3 ? 0.0f : input_draw(kind, &random);
-        update_photo(bench, shares);
-    }
-    // A value that is not finite moves nothing, and the flag says so.
-    float *before = step_bench_read(bench, bench->field.params);
-    shares[AFFINE + 1] = NAN;
-    struct vw_push_update push = {.count = bench->step.padded_rays};
-    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE], shares);
-    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_appearance"), &push, sizeof push, 1);
-    float *after = step_bench_read(bench, bench->field.params);
-    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
-    check_same_bits(bench->where, "params of a skipped step", after, before, bench->model.param_bytes);
-    assert_true(flags->nonfinite);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    step_bench_write_params(bench);
-}
-
-// ---- update_code ----------------------------------------------------------------------------------------------------
 
 // All the pass reads and writes.
 struct code_state {

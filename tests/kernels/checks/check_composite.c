@@ -177,30 +177,24 @@ static void leave_out(const struct step_bench *bench, uint32_t ray, double weigh
     }
 }
 
-// Computes a ray's loss. `d_seen` receives the gradients by the colours as the photo sees them.
 static struct reference_loss take_loss(const struct step_bench *bench, const struct inputs *in, uint32_t index,
-                                       const struct reference *reference, double d_seen[3]) {
+                                       const struct reference *reference) {
     struct reference_ray ray = reference_ray_of(&in->rays[index]);
-    struct reference_photo photo = reference_photo_of(&bench->model, bench->params, bench->view);
     struct reference_loss taken = {0};
-    double share = ray.weight / 3.0, seen[3];
-    reference_appear(&photo, reference->colour, seen);
+    double share = ray.weight / 3.0;
     for (int c = 0; c < 3; c++) {
-        double gain = 1.0 + photo.gain[c], error = seen[c] - ray.target[c], slope,
-               error_error = gain * reference->colour_error[c] +
-                             (bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes ? 4.0 : 1.0) * FLOAT_ROUNDING;
+        double error = reference->colour[c] - ray.target[c], slope,
+               error_error = reference->colour_error[c] + FLOAT_ROUNDING;
         if (bench->config.loss == VW_LOSS_L1 && error != 0.0 && ray.weight > 0.0 && fabs(error) < error_error &&
             ray.target[c] > 0.0)
             fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, index);
         taken.loss += share * reference_loss(&bench->model.specialization, error, &slope);
         taken.loss_error += share * error_error * 2.0 + 4.0 * FLOAT_ROUNDING;
-        d_seen[c] = share * slope;
-        taken.d_colour[c] = gain * d_seen[c];
+        taken.d_colour[c] = share * slope;
         taken.d_colour_error[c] =
-            gain * share * (curvature(&bench->model.specialization) * error_error + 4.0 * FLOAT_ROUNDING);
+            share * (curvature(&bench->model.specialization) * error_error + 4.0 * FLOAT_ROUNDING);
     }
     leave_out(bench, index, ray.weight, &taken);
-    for (int c = 0; c < 3 && vw_visibility_network(&bench->model).size_bytes; c++) d_seen[c] *= visible_of(index);
     return taken;
 }
 
@@ -246,29 +240,25 @@ static void check_d_logit(const struct step_bench *bench, uint32_t ray, const st
     check_value(bench->where, "padding of the sky's logit", ray, device->w, 0.0, 0.0);
 }
 
-// Checks the ray's share of the photo's gradient.
-static void check_share(const struct step_bench *bench, const struct reference *reference,
-                        const struct reference_loss *taken, const double d_seen[3], uint32_t ray,
-                        const struct vw_appearance *device) {
-    for (int c = 0; c < 3; c++) {
-        check_value(bench->where, "d_bias", ray, (&device->bias.x)[c], d_seen[c], 2.0 * taken->d_colour_error[c]);
-        check_value(bench->where, "d_gain", ray, (&device->gain.x)[c], d_seen[c] * reference->colour[c],
-                    2.0 * taken->d_colour_error[c] * (reference->colour[c] + reference->colour_error[c]) +
-                        fabs(d_seen[c]) * reference->colour_error[c] +
-                        FLOAT_ROUNDING * fabs(d_seen[c] * reference->colour[c]) + FLOAT_LEAST);
-    }
+// Checks what is kept of a ray for fit_photo: its weight is that of the pixel, times how visible it is.
+static void check_rendered(const struct step_bench *bench, const struct inputs *in, const struct reference *reference,
+                           uint32_t ray, const vw_float4 *device) {
+    for (int c = 0; c < 3; c++)
+        check_value(bench->where, "rendered", ray, (&device->x)[c], reference->colour[c], reference->colour_error[c]);
+    double weight =
+        in->rays[ray].target_weight.w * (vw_visibility_network(&bench->model).size_bytes ? visible_of(ray) : 1.0);
+    check_value(bench->where, "weight of what is rendered", ray, device->w, weight, 3.0 * FLOAT_ROUNDING * weight);
 }
 
-// Checks a ray. `d_sky`, `shares` and `visibility` are NULL without their effects.
+// Checks a ray. `d_sky`, `rendered` and `visibility` are NULL without their effects.
 static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss,
-                      const vw_float4 *d_field, const vw_float4 *d_sky, const struct vw_appearance *shares,
+                      const vw_float4 *d_field, const vw_float4 *d_sky, const vw_float4 *rendered,
                       const float *visibility) {
-    double d_seen[3];
     struct reference reference;
     struct reference_d_point expected[SAMPLES_MAX];
     composite(bench, in, ray, true, &reference);
-    struct reference_loss taken = take_loss(bench, in, ray, &reference, d_seen);
-    if (shares) check_share(bench, &reference, &taken, d_seen, ray, &shares[ray]);
+    struct reference_loss taken = take_loss(bench, in, ray, &reference);
+    if (rendered) check_rendered(bench, in, &reference, ray, &rendered[ray]);
     if (visibility)
         check_value(bench->where, "gradient by how visible", ray, visibility[2 * ray + 1], taken.d_visible,
                     taken.loss_error + 4.0 * FLOAT_ROUNDING * fabs(taken.d_visible));
@@ -302,11 +292,12 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     vw_float4 *d_sky = bench->step.effect_buffers[VW_SLOT_D_SKY]
                            ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_SKY])
                            : NULL;
-    struct vw_appearance *shares = bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]
-                                       ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE])
-                                       : NULL;
+    vw_float4 *rendered = bench->step.effect_buffers[VW_SLOT_RENDERED]
+                              ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_RENDERED])
+                              : NULL;
+    assert_int_equal(rendered != NULL, bench->model.specialization.effect_appearance == APPEARANCE_FITTED);
     for (uint32_t ray = 0; ray < in.ray_count; ray++)
-        check_ray(bench, &in, ray, losses[ray], d_field, d_sky, shares, visibility);
+        check_ray(bench, &in, ray, losses[ray], d_field, d_sky, rendered, visibility);
 }
 
 // ---- gradient_sky ---------------------------------------------------------------------------------------------------

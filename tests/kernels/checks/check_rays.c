@@ -1,4 +1,5 @@
-// generate_rays against the reference's line through the pixel, straight from the view in double.
+// generate_rays against the reference's line through the pixel, straight from the view in double, and against its
+// targets, corrected by their photos.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -12,7 +13,7 @@ static const double LINE_TOLERANCE = 1e-6; // box edges: directions and origins 
 static const double FACE_TOLERANCE = 1e-6; // box edges, across a face
 static const double CLEAR_MARGIN = 1e-3;   // box edges: a line that misses the box by less may be called either way
 static const uint64_t STEP = UINT64_C(3) << 32 | 7;
-static const double TARGET_TOLERANCE = 1e-6; // a mix of colours up to 1
+static const double TARGET_TOLERANCE = 1e-6; // relative, of a mix of colours up to 1 or of corrected ones beyond
 
 // Takes the up vector only as a hint.
 void rays_look(struct vw_view *view, const struct vw_box *box, const double position[3], const double target[3]) {
@@ -125,9 +126,16 @@ static void check_unbounded_ray(const struct step_bench *bench, uint32_t index, 
 static void check_target(const struct step_bench *bench, uint32_t index, const struct vw_ray *device) {
     const struct vw_pixel *pixel = &bench->pixels[index < bench->config.rays ? index : bench->config.rays - 1];
     const double found[3] = {device->target_weight.x, device->target_weight.y, device->target_weight.z};
+    const struct reference_photo photo = reference_photo_of(&bench->model, bench->params, pixel->view);
     double target[3];
-    reference_target(&bench->model.specialization, pixel, index, vw_model_key_of_step(&bench->model, STEP), target);
-    for (int c = 0; c < 3; c++) check_value(bench->where, "target", index, found[c], target[c], TARGET_TOLERANCE);
+    reference_target(&bench->model.specialization, &photo, pixel, index, vw_model_key_of_step(&bench->model, STEP),
+                     target);
+    for (int c = 0; c < 3; c++)
+        check_value(bench->where, "target", index, found[c], target[c], TARGET_TOLERANCE * fmax(1.0, fabs(target[c])));
+    bool as_stored = largest(photo.gain, 3) == 0.0 && largest(photo.bias, 3) == 0.0;
+    if (as_stored && !bench->model.specialization.effect_background)
+        check_same_bits(bench->where, "target as it is stored", &device->target_weight, &pixel->rgba,
+                        3 * sizeof(float));
     check_value(bench->where, "weight", index, device->target_weight.w,
                 index < bench->config.rays ? pixel->weight : 0.0, 0.0);
 }
@@ -165,6 +173,17 @@ static void paint(struct step_bench *bench, enum input_kind kind) {
     }
 }
 
+// Gives photos gains and biases of the kind, where they have any; those of blue are the least, but where all are 0.
+static void correct_photos(struct step_bench *bench, enum input_kind kind) {
+    const struct vw_param_range *range = &bench->model.ranges[VW_SLOT_APPEARANCE];
+    struct test_random random = {.seed = bench->config.seed + 1};
+    float *photos = bench->params + range->offset_bytes / sizeof(float);
+    bool zero = kind == INPUT_ZERO || kind == INPUT_NEGATIVE_ZERO;
+    for (size_t i = 0; i < range->size_bytes / sizeof(float) && kind != INPUT_ORDINARY; i++)
+        photos[i] = zero || i % 4 == 3 ? 0.0f : i % 8 == 2 ? -0.9f : input_draw(kind, &random);
+    step_bench_write_params(bench);
+}
+
 // Places the camera far away with a long lens, near with a wide one, with the longest lens, or along the axes, forwards
 // and backwards.
 static void place_camera(struct step_bench *bench, enum input_kind kind) {
@@ -189,13 +208,18 @@ void check_generate_rays(struct step_bench *bench, enum input_kind kind) {
     struct vw_view kept = bench->scene->views[0];
     size_t pixel_bytes = bench->config.rays * sizeof *bench->pixels;
     struct vw_pixel *pixels = test_allocate(bench->config.rays, sizeof *pixels);
+    float *params = test_allocate(bench->model.param_bytes, 1);
+    memcpy(params, bench->params, bench->model.param_bytes);
     memcpy(pixels, bench->pixels, pixel_bytes);
+    correct_photos(bench, kind);
     paint(bench, kind);
     place_camera(bench, kind);
     // Within the box at a focal length of 1 px, positions at the photo's rim are 12 focal lengths off the axis.
     uint32_t hits = rays_check(bench, kind == INPUT_TINY ? 4.0 : 1.0);
     if (hits < bench->config.rays / 4) fail_msg("%s: only %u rays hit the box", bench->where, hits);
     memcpy(bench->pixels, pixels, pixel_bytes);
+    memcpy(bench->params, params, bench->model.param_bytes);
+    step_bench_write_params(bench);
     bench->scene->views[0] = kept;
     rays_make(bench); // cameras and pixels as they were
 }

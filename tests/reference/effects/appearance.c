@@ -29,13 +29,9 @@ void reference_appear(const struct reference_photo *photo, const double rendered
     for (int c = 0; c < 3; c++) seen[c] = (1.0 + photo->gain[c]) * rendered[c] + photo->bias[c];
 }
 
-void reference_appear_gradient(const struct reference_photo *photo, const double rendered[3], const double d_seen[3],
-                               struct reference_photo *d_photo, double d_rendered[3]) {
-    for (int c = 0; c < 3; c++) {
-        d_photo->gain[c] += d_seen[c] * rendered[c];
-        d_photo->bias[c] += d_seen[c];
-        d_rendered[c] = d_seen[c] * (1.0 + photo->gain[c]);
-    }
+void reference_correct(const struct reference_photo *photo, const double shown[3], double corrected[3]) {
+    for (int c = 0; c < 3; c++)
+        corrected[c] = fmin(fmax((shown[c] - photo->bias[c]) / (1.0 + photo->gain[c]), 0.0), 1.0);
 }
 
 void reference_mix_code(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], double *shift) {
@@ -52,6 +48,45 @@ void reference_mix_code_gradient(uint32_t width, const double *code_weights, con
             d_code_weights[i * REFERENCE_CODE + k] = d_shift[i] * code[k];
             d_code[k] += code_weights[i * REFERENCE_CODE + k] * d_shift[i];
         }
+}
+
+void reference_photo_sums_add(struct reference_photo_sums *sums, double weight, const double rendered[3],
+                              const double shown[3], const double corrected[3]) {
+    for (int c = 0; c < 3; c++)
+        if (!(corrected[c] > 0.0 && corrected[c] < 1.0)) return;
+    sums->rays += weight;
+    for (int c = 0; c < 3; c++) {
+        long double missing = (long double)shown[c] - rendered[c];
+        sums->rendered[c] += (long double)weight * rendered[c];
+        sums->squares[c] += (long double)weight * rendered[c] * rendered[c];
+        sums->missing[c] += weight * missing;
+        sums->products[c] += weight * rendered[c] * missing;
+    }
+}
+
+void reference_photo_sums_fade(struct reference_photo_sums *sums) {
+    const long double fade = 0.5L;
+    sums->rays *= fade;
+    for (int c = 0; c < 3; c++) {
+        sums->rendered[c] *= fade;
+        sums->squares[c] *= fade;
+        sums->missing[c] *= fade;
+        sums->products[c] *= fade;
+    }
+}
+
+// Eliminates the bias, which the least sum gives for any gain; a gain at its limit has the bias that goes with it.
+void reference_fit_photo(const struct reference_photo_sums *sums, struct reference_photo *photo) {
+    const long double gain_pull = reference_fit_ridge + 0.003L * sums->rays,
+                      bias_pull = reference_fit_ridge + 0.1L * sums->rays, least = -0.9L;
+    for (int c = 0; c < 3; c++) {
+        long double biased = sums->rays + bias_pull, mean = sums->rendered[c] / biased,
+                    spread = sums->squares[c] + gain_pull - mean * sums->rendered[c],
+                    gain = (sums->products[c] - mean * sums->missing[c]) / spread;
+        if (gain < least) gain = least;
+        photo->gain[c] = (double)gain;
+        photo->bias[c] = (double)((sums->missing[c] - gain * sums->rendered[c]) / biased);
+    }
 }
 
 // Solves the two normal equations of the ridge regression by Cramer's rule.

@@ -48,10 +48,11 @@ void reference_backdrop(const struct vw_specialization *s, const double sky[VW_S
     else reference_background(s, ray, key, backdrop);
 }
 
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, vw_uint4 key,
-                      double target[3]) {
-    const float rgb[3] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z};
-    double background[3], alpha = s->effect_background ? pixel->rgba.w : 1.0;
+void reference_target(const struct vw_specialization *s, const struct reference_photo *photo,
+                      const struct vw_pixel *pixel, uint32_t ray, vw_uint4 key, double target[3]) {
+    const double shown[3] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z};
+    double rgb[3], background[3], alpha = s->effect_background ? pixel->rgba.w : 1.0;
+    reference_correct(photo, shown, rgb);
     reference_background(s, ray, key, background);
     for (int i = 0; i < 3; i++) target[i] = alpha * rgb[i] + (1.0 - alpha) * background[i];
 }

@@ -45,8 +45,9 @@ void reference_head_forward(const struct reference_head *head, const double *par
 
 static double softplus(double x) { return x > 30.0 ? x : log1p(exp(x)); }
 
-double reference_transient_loss(const struct reference_transient_ray *ray) {
-    double tau = 0.0, beta = ray->beta_min, density_sum = 0.0, colour[3] = {0}, seen[3], square = 0.0;
+double reference_transient_loss(const struct reference_transient_ray *ray, double colour[3]) {
+    double tau = 0.0, beta = ray->beta_min, density_sum = 0.0, square = 0.0;
+    for (int c = 0; c < 3; c++) colour[c] = 0.0;
     for (uint32_t i = 0; i < ray->count; i++) {
         const struct reference_point *point = &ray->points[i];
         const double *out = ray->outputs[i];
@@ -59,9 +60,7 @@ double reference_transient_loss(const struct reference_transient_ray *ray) {
         tau += (point->density + density) * point->length;
     }
     for (int c = 0; c < 3; c++) colour[c] += exp(-tau) * ray->backdrop[c];
-    memcpy(seen, colour, sizeof seen);
-    if (ray->photo) reference_appear(ray->photo, colour, seen);
-    for (int c = 0; c < 3; c++) square += pow(seen[c] - ray->target[c], 2.0) / 3.0;
+    for (int c = 0; c < 3; c++) square += pow(colour[c] - ray->target[c], 2.0) / 3.0;
     // NeRF-W's loss, and what it would be without error and with the least uncertainty.
     double loss = square / (2.0 * beta * beta) + log(beta) + 0.01 * density_sum / ray->count,
            least = log(ray->beta_min);

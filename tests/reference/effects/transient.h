@@ -20,15 +20,14 @@ void reference_head_forward(const struct reference_head *head, const double *par
                             const double *code, double outputs[REFERENCE_HEAD_OUTPUTS]);
 
 // The loss of a ray of weight 1 (NeRF-W, equations 8 to 13; shaders/effects/transient/transient.glsl says by what it is
-// scaled). `outputs`: of the head, five a sample. `photo`: NULL, or the gain and bias through which its colour is seen.
+// scaled), and its colour. `outputs`: of the head, five a sample.
 struct reference_transient_ray {
     const struct reference_point *points;
     const double (*outputs)[REFERENCE_HEAD_OUTPUTS];
     uint32_t count;
     const double *backdrop, *target;
-    const struct reference_photo *photo;
     double beta_min;
 };
-double reference_transient_loss(const struct reference_transient_ray *ray);
+double reference_transient_loss(const struct reference_transient_ray *ray, double colour[3]);
 
 #endif

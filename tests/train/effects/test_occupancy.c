@@ -3,7 +3,6 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "detect/facts.h"
 #include "gpu/compute.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
@@ -112,27 +111,6 @@ TEST(off_costs_nothing) {
     assert_true(vw_gpu_buffer_bytes(test_gpu()) > bytes_off + 4 * VW_OCCUPANCY_CELLS);
     struct test_run *run_on = test_run(scene, &with, true, 0), *run_off = test_run(scene, &without, true, 0);
     test_run_assert_same(run_on, run_off);
-}
-
-TEST(the_occupied_share_is_that_of_the_params) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config(); // the effect is off
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
-    double share = -1.0, again = -1.0;
-    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
-    assert_true(share == 1.0); // an untrained field has density 1 or so everywhere
-    float *params = test_allocate(trainer->model.param_bytes, 1);
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
-    test_run_of(trainer);
-    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
-    assert_true(share > 0.0 && share <= 1.0);
-    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &again));
-    assert_true(share == again);
-    // Entries of different levels add up to raw densities of both signs, far from 0.
-    for (size_t i = 0; i < trainer->model.grid.size_bytes / 4; i++) params[i] *= 5e5f;
-    ASSERT_OK(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
-    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
-    assert_true(share > 0.01 && share < 1.0);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -143,35 +143,80 @@ TEST(masked_pixels_change_nothing) {
     assert_true(test_run(whole, &config, true, 0)->records[1].train_loss > run->records[1].train_loss);
 }
 
+// The last step of a run of whole photos with masks.
+struct masked_step {
+    struct vw_trainer *trainer;
+    const struct vw_scene *scene;
+    const struct vw_step_record *record;
+    const struct vw_pixel *pixels;
+    vw_float4 *drawn;
+};
+
+static vw_float4 *read_rays(struct vw_buffer *buffer, uint32_t rays) {
+    vw_float4 *values = test_allocate(rays, sizeof *values);
+    ASSERT_OK(vw_buffer_read(buffer, 0, values, rays * sizeof *values));
+    return values;
+}
+
+static struct masked_step take_masked_step(const char *effects, struct vw_config *config) {
+    struct vw_scene *scene = test_scene();
+    *config = test_config_of(VW_FIELD_SPLATS);
+    config->rays = 4 * SQUARE; // the whole photo
+    config->epochs = 1;
+    strcpy(config->effects, effects);
+    mask(scene, 128);
+    struct masked_step step = {test_trainer_create(scene, config, false, 1), scene, NULL, NULL, NULL};
+    struct test_run *run = test_run_of(step.trainer);
+    const struct vw_buffer *colours = vw_splats_step_drawing(&step.trainer->step)->colours;
+    step.drawn = read_rays((struct vw_buffer *)colours, config->rays);
+    step.pixels = vw_buffer_map(step.trainer->step.pixels);
+    step.record = &run->records[run->count - 1];
+    while (step.pixels->view != step.record->view)
+        step.pixels += config->rays; // the steps of a submission, one after another
+    return step;
+}
+
+// Returns where the pixel of a ray is in the photo; UINT32_MAX where it is beyond or masked.
+static uint32_t place_of(const struct masked_step *step, uint32_t ray) {
+    const struct vw_image *image = &step->scene->views[step->record->view].image;
+    uint32_t x = (uint32_t)step->pixels[ray].x_px, y = (uint32_t)step->pixels[ray].y_px,
+             place = y * image->width_px + x;
+    bool inside = x < image->width_px && y < image->height_px;
+    return inside && keeps(step->record->view, place) ? place : UINT32_MAX;
+}
+
 // The loss of a masked photo is that of its pixels which the mask keeps, by what was drawn of them.
 TEST(the_loss_is_of_the_pixels_that_masks_keep) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
-    config.rays = 4 * SQUARE; // the whole photo
-    config.epochs = 1;
-    strcpy(config.effects, "masks");
-    mask(scene, 128);
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
-    struct test_run *run = test_run_of(trainer);
-    const struct vw_buffer *colours = vw_splats_step_drawing(&trainer->step)->colours;
-    vw_float4 *drawn = test_allocate(config.rays, sizeof *drawn);
-    ASSERT_OK(vw_buffer_read((struct vw_buffer *)colours, 0, drawn, config.rays * sizeof *drawn));
-    const struct vw_pixel *pixels = vw_buffer_map(trainer->step.pixels);
-    const struct vw_step_record *last = &run->records[run->count - 1];
-    while (pixels->view != last->view) pixels += config.rays; // the steps of a submission, one after another
+    struct vw_config config;
+    const struct masked_step step = take_masked_step("masks", &config);
+    const vw_float4 *drawn = step.drawn;
     double loss = 0.0;
     uint32_t kept = 0;
     for (uint32_t i = 0; i < config.rays; i++) {
-        const struct vw_image *image = &scene->views[last->view].image;
-        uint32_t x = (uint32_t)pixels[i].x_px, y = (uint32_t)pixels[i].y_px, place = y * image->width_px + x;
-        if (x >= image->width_px || y >= image->height_px || !keeps(last->view, place)) continue;
+        const struct vw_image *image = &step.scene->views[step.record->view].image;
+        uint32_t place = place_of(&step, i);
+        if (place == UINT32_MAX) continue;
         const uint8_t *target = (const uint8_t *)image->pixels + 4 * (size_t)place;
         const float rgb[3] = {drawn[i].x, drawn[i].y, drawn[i].z};
         for (int c = 0; c < 3; c++) loss += pow((double)rgb[c] - target[c] / 255.0, 2) / 3.0;
         kept++;
     }
     assert_true(kept > 100 && kept < 24 * 18 - 100);
-    assert_near(last->train_loss, loss / config.rays, 1e-5 * loss / config.rays);
+    assert_near(step.record->train_loss, loss / config.rays, 1e-5 * loss / config.rays);
+}
+
+// Photos are fitted to what was drawn, here before black, of the pixels that masks keep.
+TEST(what_was_drawn_is_kept_for_the_fit) {
+    struct vw_config config;
+    const struct masked_step step = take_masked_step("masks,appearance", &config);
+    const vw_float4 *rendered = read_rays(step.trainer->step.effect_buffers[VW_SLOT_RENDERED], config.rays);
+    double light = 0.0;
+    for (uint32_t i = 0; i < config.rays; i++) {
+        assert_true(rendered[i].w == (place_of(&step, i) != UINT32_MAX));
+        if (rendered[i].w > 0.0f) assert_memory_equal(&rendered[i], &step.drawn[i], 3 * sizeof(float));
+        light += rendered[i].w * rendered[i].y;
+    }
+    assert_true(light > 1.0);
 }
 
 // ---- The start ------------------------------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ struct vw_splat_pass_params {
     const struct vw_binding *bindings;
     uint32_t binding_count;
     const char *role;
-    bool ray_effects; // sky, appearance: their variants of compare_windows and slope_pixels
+    bool ray_effects; // sky, or photos fitted by fit_photo: the variants of compare_windows and slope_pixels
 };
 
 // Draws tiles. The host writes `tiles` (mapped), `record` draws a range of them.
