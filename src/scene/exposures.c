@@ -4,7 +4,7 @@
 // Per channel, with L_p the colour of point p and c_ip that of its pixel in photo i, gains 1 + g_i, biases b_i and
 // colours L_p minimise
 //   sum_ip rho(c_ip - (1 + g_i) L_p - b_i) + sum_i (RIDGE (g_i^2 + b_i^2) + BIAS_PULL n_i b_i^2)
-// by alternating least squares; rho is Huber's, so that specular points and people who walk by count less. A bias takes
+// by Gauss-Newton steps; rho is Huber's, so that specular points and people who walk by count less. A bias takes
 // up the lost contrast of a blurred photo sooner than a change of exposure: without its pull, two blurred photos of
 // scenes/courtyard.json have gains of 0.5, with it 0.75.
 #include <math.h>
@@ -21,11 +21,14 @@ enum {
     CHANNELS = 3,
     OBSERVATIONS_MIN = 8, // per photo; with fewer it keeps the identity
     FOLDS = 2,            // parts of the points; each is judged by a fit to the others
-    ITERATIONS = 20,
-    ITERATIONS_OF_LENGTH = 5, // after which rho stays as it is
+    STEPS = 16,
+    STEPS_OF_LENGTH = 13, // after which rho stays as it is
+    CONJUGATE_STEPS = 40,
 };
 static const double RIDGE = 0.1; // as if one observation were off by 0.3 for a gain or a bias of 1
 static const double BIAS_PULL = 0.1;
+static const double SLOPE_LEFT = 1e-2;                // share, where conjugate gradients stop
+static const double STEP_MOST = 0.3;                  // share of a gain at a time, as the sum is far from quadratic
 static const double DARKEST = 0.01, BRIGHTEST = 0.99; // beyond, a channel may be clipped
 static const double HUBER_SPREADS = 1.345;            // 95 % as efficient as least squares where errors are normal
 static const double SPREAD_MIN = 1.0 / 255.0;         // that of rounding
@@ -53,17 +56,18 @@ struct fit {
     double huber_length;    // residuals beyond it count less
 };
 
-struct sums {
-    uint32_t count;         // observations, whatever they weigh
-    double n, l, ll, d, ld; // weights; times the colour, its square, the difference, and both
+// A gain and a bias of each view, or what belongs to these numbers.
+struct pair {
+    double gain, bias;
 };
 
 struct work {
     struct observations observations;
-    struct fit with, without; // exposures; without, photos keep the identity
-    bool *used;               // by point: the fit sees it
-    struct sums *sums;        // by view
-    double *sorted;           // scratch, by observation or view
+    struct fit with, without;                                // exposures; without, photos keep the identity
+    bool *used;                                              // by point: the fit sees it
+    uint32_t *counts;                                        // by view: observations in use
+    struct pair *slope, *scale, *step, *direction, *product; // by view: of a Gauss-Newton step
+    double *sorted;                                          // scratch, by observation or view
     struct tally {
         double without, with, differences_squared, count;
     } * tallies; // by view
@@ -167,41 +171,128 @@ static void solve_points(struct fit *fit) {
     }
 }
 
-// Solves the normal equations of a photo. A correction divides by its gain, which must stay above 0.
-static void solve_photo(const struct sums *sums, double *gain, double *bias) {
-    double ll = sums->ll + RIDGE, n = sums->n * (1.0 + BIAS_PULL) + RIDGE;
-    *gain = fmax((sums->ld * n - sums->l * sums->d) / (ll * n - sums->l * sums->l), -0.9);
-    *bias = (sums->d - *gain * sums->l) / n;
-}
+static bool is_fitted(const struct work *work, uint32_t view) { return work->counts[view] >= OBSERVATIONS_MIN / FOLDS; }
 
-static void solve_photos(struct work *work) {
-    struct fit *fit = &work->with;
+// Computes the slope of the sum by each number, at the best colours, and the curvature by the number alone.
+static void find_slope(struct work *work) {
+    const struct fit *fit = &work->with;
     const struct observations *observations = fit->observations;
-    memset(work->sums, 0, observations->view_count * sizeof *work->sums);
+    memset(work->counts, 0, observations->view_count * sizeof *work->counts);
+    memset(work->slope, 0, observations->view_count * sizeof *work->slope);
+    memset(work->scale, 0, observations->view_count * sizeof *work->scale);
     for (uint32_t p = 0; p < observations->point_count; p++)
         for (uint32_t o = begin_of(observations, p); work->used[p] && o < observations->ends[p]; o++) {
-            double colour = fit->colours[p], missing = observations->list[o].value[fit->channel] - colour;
-            if (isnan(missing)) continue;
-            double weight = weight_of(fit, o);
-            struct sums *sums = &work->sums[observations->list[o].view];
-            sums->count++;
-            sums->n += weight;
-            sums->l += weight * colour;
-            sums->ll += weight * colour * colour;
-            sums->d += weight * missing;
-            sums->ld += weight * colour * missing;
+            uint32_t view = observations->list[o].view;
+            double colour = fit->colours[p], residual = fit->residuals[o], weight = weight_of(fit, o);
+            if (isnan(residual)) continue;
+            work->counts[view]++;
+            work->slope[view].gain -= weight * colour * residual;
+            work->slope[view].bias -= weight * residual;
+            work->scale[view].gain += weight * colour * colour;
+            work->scale[view].bias += weight;
         }
     for (uint32_t v = 0; v < observations->view_count; v++) {
-        fit->gains[v] = fit->biases[v] = 0.0;
-        if (work->sums[v].count >= OBSERVATIONS_MIN / FOLDS)
-            solve_photo(&work->sums[v], &fit->gains[v], &fit->biases[v]);
+        double pull = RIDGE + BIAS_PULL * work->scale[v].bias;
+        work->slope[v].gain += RIDGE * fit->gains[v];
+        work->slope[v].bias += pull * fit->biases[v];
+        work->scale[v].gain += RIDGE;
+        work->scale[v].bias += pull;
+    }
+}
+
+// Multiplies the direction by the curvature of the sum at the best colours: each point's colour follows its photos.
+static void multiply(struct work *work) {
+    const struct fit *fit = &work->with;
+    const struct observations *observations = fit->observations;
+    for (uint32_t v = 0; v < observations->view_count; v++) {
+        work->product[v].gain = work->direction[v].gain * work->scale[v].gain;
+        work->product[v].bias = work->direction[v].bias * work->scale[v].bias;
+    }
+    for (uint32_t p = 0; p < observations->point_count; p++) {
+        double squares = 0.0, moves = 0.0, colour = fit->colours[p];
+        for (uint32_t o = begin_of(observations, p); work->used[p] && o < observations->ends[p]; o++) {
+            uint32_t view = observations->list[o].view;
+            double gain = 1.0 + fit->gains[view], weight = weight_of(fit, o);
+            if (isnan(fit->residuals[o])) continue;
+            squares += weight * gain * gain;
+            moves += weight * gain * (colour * work->direction[view].gain + work->direction[view].bias);
+        }
+        for (uint32_t o = begin_of(observations, p); squares > 0.0 && o < observations->ends[p]; o++) {
+            uint32_t view = observations->list[o].view;
+            double gain = 1.0 + fit->gains[view], weight = weight_of(fit, o), follows = gain * moves / squares;
+            if (isnan(fit->residuals[o])) continue;
+            work->product[view].gain += weight * (colour * (work->direction[view].bias - follows));
+            work->product[view].bias += weight * (colour * work->direction[view].gain - follows);
+        }
+    }
+}
+
+static double dot(const struct work *work, const struct pair *a, const struct pair *b) {
+    double sum = 0.0;
+    for (uint32_t v = 0; v < work->observations.view_count; v++)
+        if (is_fitted(work, v)) sum += a[v].gain * b[v].gain + a[v].bias * b[v].bias;
+    return sum;
+}
+
+// Returns the square of the slope, each number measured by its own curvature.
+static double measure_slope(const struct work *work) {
+    double sum = 0.0;
+    for (uint32_t v = 0; v < work->observations.view_count; v++)
+        if (is_fitted(work, v))
+            sum += work->slope[v].gain * work->slope[v].gain / work->scale[v].gain +
+                   work->slope[v].bias * work->slope[v].bias / work->scale[v].bias;
+    return sum;
+}
+
+// Points the direction down the slope and, by `share`, along the one before.
+static void turn(struct work *work, double share) {
+    for (uint32_t v = 0; v < work->observations.view_count; v++) {
+        struct pair *direction = &work->direction[v];
+        if (!is_fitted(work, v)) continue;
+        direction->gain = share * direction->gain - work->slope[v].gain / work->scale[v].gain;
+        direction->bias = share * direction->bias - work->slope[v].bias / work->scale[v].bias;
+    }
+}
+
+// Finds the Gauss-Newton step by conjugate gradients; `slope` becomes what is left of it. Steps of one photo at a time
+// would take thousands where each shares points with its neighbours alone.
+static void find_step(struct work *work) {
+    uint32_t views = work->observations.view_count;
+    double first = measure_slope(work), size = first, before = INFINITY;
+    memset(work->step, 0, views * sizeof *work->step);
+    memset(work->direction, 0, views * sizeof *work->direction);
+    for (int i = 0; i < CONJUGATE_STEPS && size > SLOPE_LEFT * SLOPE_LEFT * first; i++) {
+        turn(work, size / before);
+        multiply(work);
+        double length = size / dot(work, work->direction, work->product);
+        for (uint32_t v = 0; v < views; v++) {
+            work->step[v].gain += length * work->direction[v].gain;
+            work->step[v].bias += length * work->direction[v].bias;
+            work->slope[v].gain += length * work->product[v].gain;
+            work->slope[v].bias += length * work->product[v].bias;
+        }
+        before = size;
+        size = measure_slope(work);
+    }
+}
+
+// Moves gains and biases by a Gauss-Newton step. A correction divides by a gain, which must stay above 0.
+static void solve_photos(struct work *work) {
+    struct fit *fit = &work->with;
+    find_slope(work);
+    find_step(work);
+    for (uint32_t v = 0; v < work->observations.view_count; v++) {
+        double most = STEP_MOST * (1.0 + fit->gains[v]), share = fmin(1.0, most / fabs(work->step[v].gain));
+        bool moves = is_fitted(work, v);
+        fit->gains[v] = moves ? fmax(fit->gains[v] + share * work->step[v].gain, -0.9) : 0.0;
+        fit->biases[v] = moves ? fit->biases[v] + share * work->step[v].bias : 0.0;
     }
 }
 
 static double median_of_fitted(struct work *work, const double *values) {
     uint32_t count = 0;
     for (uint32_t v = 0; v < work->observations.view_count; v++)
-        if (work->sums[v].count >= OBSERVATIONS_MIN / FOLDS) work->sorted[count++] = values[v];
+        if (is_fitted(work, v)) work->sorted[count++] = values[v];
     return count ? vw_median(work->sorted, count) : 0.0;
 }
 
@@ -211,7 +302,7 @@ static void centre(struct work *work) {
     double gain = 1.0 + median_of_fitted(work, fit->gains), bias = median_of_fitted(work, fit->biases);
     for (uint32_t p = 0; p < work->observations.point_count; p++) fit->colours[p] = gain * fit->colours[p] + bias;
     for (uint32_t v = 0; v < work->observations.view_count; v++) {
-        if (work->sums[v].count < OBSERVATIONS_MIN / FOLDS) continue;
+        if (!is_fitted(work, v)) continue;
         fit->gains[v] = (1.0 + fit->gains[v]) / gain - 1.0;
         fit->biases[v] -= (1.0 + fit->gains[v]) * bias;
     }
@@ -239,13 +330,14 @@ static void fit_channel(struct work *work, struct fit *fit, int channel) {
     memset(fit->gains, 0, views * sizeof *fit->gains);
     memset(fit->biases, 0, views * sizeof *fit->biases);
     memset(fit->residuals, 0, work->observations.count * sizeof *fit->residuals);
-    int iterations = fit == &work->with ? ITERATIONS : ITERATIONS_OF_LENGTH;
-    for (int i = 0; i < iterations; i++) {
+    for (int i = 0; i < STEPS; i++) {
         solve_points(fit);
+        measure_residuals(work, fit, i > 0 && i <= STEPS_OF_LENGTH);
         if (fit == &work->with) solve_photos(work);
         if (fit == &work->with) centre(work);
-        measure_residuals(work, fit, i < ITERATIONS_OF_LENGTH);
     }
+    solve_points(fit);
+    measure_residuals(work, fit, false);
 }
 
 // ---- Evidence -------------------------------------------------------------------------------------------------------
@@ -333,10 +425,16 @@ static enum vw_status allocate_work(struct work *work) {
     const struct observations *observations = &work->observations;
     size_t most = observations->count > observations->view_count ? observations->count : observations->view_count;
     work->used = vw_allocate(observations->point_count, sizeof *work->used);
-    work->sums = vw_allocate(observations->view_count, sizeof *work->sums);
+    work->counts = vw_allocate(observations->view_count, sizeof *work->counts);
+    work->slope = vw_allocate(observations->view_count, 5 * sizeof *work->slope);
+    work->scale = work->slope + observations->view_count;
+    work->step = work->scale + observations->view_count;
+    work->direction = work->step + observations->view_count;
+    work->product = work->direction + observations->view_count;
     work->tallies = vw_allocate(observations->view_count, sizeof *work->tallies);
     work->sorted = vw_allocate(most, sizeof *work->sorted);
-    enum vw_status status = work->used && work->sums && work->tallies && work->sorted ? VW_OK : VW_ERROR_MEMORY;
+    enum vw_status status =
+        work->used && work->counts && work->slope && work->tallies && work->sorted ? VW_OK : VW_ERROR_MEMORY;
     if (!status) status = allocate_fit(observations, &work->with);
     return status ? status : allocate_fit(observations, &work->without);
 }
@@ -352,7 +450,8 @@ static void release_work(const struct work *work) {
     free(work->observations.list);
     free(work->observations.ends);
     free(work->used);
-    free(work->sums);
+    free(work->counts);
+    free(work->slope);
     free(work->tallies);
     free(work->sorted);
     release_fit(&work->with);

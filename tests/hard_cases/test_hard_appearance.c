@@ -287,9 +287,9 @@ static void one_step_from(struct hard_finding *finding, float gain, float bias) 
     test_release(bench);
 }
 
-// Checks gains by which pixels become next to 0, or by which they are divided by 0, and biases far beyond white.
+// Checks gains by which pixels become next to 0, and biases far beyond white.
 static void huge_gains(struct hard_finding *finding) {
-    const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f, -1.0f};
+    const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f};
     const float biases[] = {1e8f, 1e30f, -3e38f};
     for (size_t i = 0; i < VW_ARRAY_COUNT(gains); i++) one_step_from(finding, gains[i], 0.0f);
     for (size_t i = 0; i < VW_ARRAY_COUNT(biases); i++) one_step_from(finding, 0.0f, biases[i]);

@@ -299,6 +299,39 @@ TEST(a_saturated_channel_takes_no_part) {
     }
 }
 
+// A walk around something: each photo shares points with its neighbours alone, and gains drift slowly. Errors of
+// neighbours are small whatever the drift, so that steps of one photo at a time would take thousands.
+TEST(a_slow_drift_is_found) {
+    enum { VIEWS = 60, SEEN_BY = 6, POINTS = 40 * VIEWS };
+    struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = VIEWS, .width_px = EXPOSED_WIDTH_PX, .height_px = EXPOSED_HEIGHT_PX});
+    scene->points = vw_allocate(POINTS, sizeof *scene->points);
+    scene->tracks = vw_allocate(POINTS * SEEN_BY, sizeof *scene->tracks);
+    scene->point_count = POINTS;
+    for (uint32_t p = 0; p < POINTS; p++) {
+        scene->points[p] = (struct vw_point){.first_track = scene->track_count, .track_count = SEEN_BY};
+        for (uint32_t k = 0; k < SEEN_BY; k++) {
+            uint32_t view = (p + k) % VIEWS, place = p / VIEWS * SEEN_BY + k, x_px = 2 * (place % 18),
+                     y_px = 2 * (place / 18);
+            double gain = 1 + 0.25 * sin(2 * M_PI * view / VIEWS);
+            scene->tracks[scene->track_count++] = (struct vw_track){view, (float)x_px + 0.5f, (float)y_px + 0.5f};
+            uint8_t *pixel = (uint8_t *)scene->views[view].image.pixels + 4 * (y_px * EXPOSED_WIDTH_PX + x_px);
+            for (int c = 0; c < 3; c++)
+                pixel[c] = (uint8_t)lrint(255 * (gain * (0.45 + 0.2 * test_draw(9, p, (uint32_t)c)) +
+                                                 0.005 * test_normal(9, SEEN_BY * p + k, 3 + (uint32_t)c)));
+        }
+    }
+    const struct vw_exposure *exposures = estimate(scene);
+    double products = 0, squares = 0;
+    for (uint32_t v = 0; v < VIEWS; v++) {
+        double truth = 0.25 * sin(2 * M_PI * v / VIEWS);
+        products += truth * exposures[v].gain[0];
+        squares += truth * truth;
+    }
+    print_message("%.3f of the drift\n", products / squares);
+    assert_true(products / squares > 0.9 && products / squares < 1.02);
+}
+
 // A tenth of the observations show something else.
 TEST(outliers_barely_move_exposures) {
     const struct exposed_scene_params params = {.gains = 1, .noise = 0.005};

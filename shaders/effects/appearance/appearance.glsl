@@ -11,7 +11,9 @@ vec3 appear(vw_appearance photo, vec3 colour) { return (1.0 + photo.gain.rgb) * 
 // Undoes that, within the colours that a field can render: the sky of a dark photo would be brighter. Where
 // all are 0, colours stay bit-identical.
 vec3 correct(vw_appearance photo, vec3 shown) {
-    return clamp((shown - photo.bias.rgb) / (1.0 + photo.gain.rgb), 0.0, 1.0);
+    vec3 corrected = (shown - photo.bias.rgb) / (1.0 + photo.gain.rgb);
+    if (finite(vec4(corrected, 0.0))) corrected = clamp(corrected, 0.0, 1.0); // else the step is skipped
+    return corrected;
 }
 
 // The ridge of fits, in squared errors: as if one ray were off by 0.3 for a gain or bias of 1. In fit_views ten times
