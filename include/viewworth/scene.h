@@ -88,11 +88,6 @@ struct vw_exposure {
     double error_without, error_with, reduction_stderr;
 };
 
-struct vw_scene;
-// Returns whether points can tell exposures: at least half of the train photos share 8 of them with others. Looks at no
-// pixel.
-bool vw_scene_tells_exposures(const struct vw_scene *scene);
-
 // Returns how bright the photo shows mid-grey beside the median photo: 1 alike, 0.5 half as bright.
 double vw_exposure_brightness(const struct vw_exposure *exposure);
 
@@ -113,6 +108,7 @@ struct vw_scene {
     struct vw_point *points; // owned; empty when unknown
     struct vw_track *tracks; // owned
     uint32_t point_count, track_count;
+    bool points_tell_exposures; // at least half of the train photos share 8 points or more with others
     uint32_t masked_view_count; // views with a mask, excluded ones left out
     char **notes;               // owned; what was skipped or repaired, one line each, for `info`
     uint32_t note_count;

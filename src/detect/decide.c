@@ -39,7 +39,7 @@ static enum vw_status find_appearance(const struct vw_scene *scene, const char *
                                       struct vw_effect_verdict *verdicts, uint32_t count) {
     struct vw_photometric_evidence evidence;
     struct vw_effect_verdict *verdict = vw_effects_find(verdicts, count, "appearance");
-    if (!vw_scene_tells_exposures(scene) || !vw_effects_leave_to_evidence(choice) ||
+    if (!scene->points_tell_exposures || !vw_effects_leave_to_evidence(choice) ||
         vw_effects_names(choice, "appearance"))
         return VW_OK;
     enum vw_status status = vw_photometric_measure(scene, &evidence);
@@ -225,7 +225,7 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
     // If all photos have transparent pixels, these show the background of the scene.
     if (vw_fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
     if (!(wide.half_extent_world > scene->box.half_extent_world)) candidates &= ~bit_of(search, "wide_box");
-    if (vw_scene_tells_exposures(scene)) candidates &= ~bit_of(search, "appearance"); // the points have told
+    if (scene->points_tell_exposures) candidates &= ~bit_of(search, "appearance"); // the points have told
     search->candidates = candidates;
     return rule_out(scene, search);
 }

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "image/decoder.h"
 #include "image/image.h"
+#include "scene/exposures/exposures.h"
 #include "scene/formats/formats.h"
 #include "scene/formats/photo_list.h"
 #include "scene/photo_source.h"
@@ -77,6 +78,7 @@ static enum vw_status finish(struct vw_scene_builder *builder) {
     if (!status && builder->photos) status = vw_photos_read(builder);
     if (!status && builder->added && !params->headers_only) status = vw_splits_join_duplicates(builder);
     if (!status && builder->added) status = vw_splits_count(params->path, scene);
+    if (!status) status = vw_scene_ask_points_for_exposures(scene);
     if (!status && !params->headers_only) status = vw_val_weights_settle(builder);
     if (!status && params->corrupt) status = vw_inject_corruption(params, scene);
     if (!status && !params->headers_only) vw_scene_hash(scene, params->downscale, scene->hash);

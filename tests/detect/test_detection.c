@@ -4,9 +4,11 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "detect/decide.h"
+#include "detect/photometric.h"
 #include "detect/pilots.h"
 #include "detect/points.h"
 #include "support/detection_cases.h"
+#include "support/exposed_scene.h"
 #include "support/plain_config.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
@@ -46,7 +48,7 @@ TEST(a_bright_sky_is_measured) {
     uint32_t count;
     struct vw_config config = small_config();
     struct vw_scene *scene = detection_sky_scene();
-    scene->point_count = scene->track_count = 0;
+    scene_forget_points(scene);
     strcpy(config.effects, "-unbounded,-appearance");
     ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
     const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
@@ -68,7 +70,7 @@ static uint32_t decide_briefly(const char *effects, struct vw_effect_verdict *ve
     config.pilot_steps = 8;
     strcpy(config.effects, effects);
     struct vw_scene *scene = detection_sky_scene();
-    scene->point_count = scene->track_count = 0; // which would tell of appearance
+    scene_forget_points(scene); // which would tell of appearance
     ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
     return count;
 }
@@ -129,6 +131,25 @@ TEST(exposures_are_told_by_points) {
         assert_true(appearance->evidence_low <= appearance->evidence);
         assert_non_null(strstr(appearance->measured_on, "exposures, at 22 dB, by "));
     }
+}
+
+// The gain is that of the mean reduction over photos, at an error of 22 dB; observations are independent.
+TEST(the_gain_by_exposures_is_that_of_errors) {
+    const struct vw_scene *scene = exposed_scene((struct exposed_scene_params){.gains = 0.3, .noise = 0.02});
+    const struct vw_exposure *exposures;
+    struct vw_photometric_evidence evidence;
+    double mean = 0, variance = 0, level = pow(10, -2.2);
+    ASSERT_OK(vw_scene_estimate_exposures(scene, &exposures));
+    ASSERT_OK(vw_photometric_measure(scene, &evidence));
+    for (uint32_t v = 0; v < EXPOSED_TRAINS; v++) {
+        mean += (exposures[v].error_without - exposures[v].error_with) / EXPOSED_TRAINS;
+        variance += pow(exposures[v].reduction_stderr / EXPOSED_TRAINS, 2);
+    }
+    assert_int_equal(evidence.photo_count, EXPOSED_TRAINS);
+    assert_int_equal(evidence.observation_count, EXPOSED_TRAINS * EXPOSED_POINTS);
+    assert_near(evidence.gain_db, 10 * log10((level + mean) / level), 1e-9);
+    assert_near(evidence.low_db, 10 * log10((level + mean - 1.645 * sqrt(variance)) / level), 1e-9);
+    assert_true(evidence.gain_db > 0.1 && evidence.stderr_db > 0.001);
 }
 
 // Points that fill the box and the photos rule out what lies beyond. Each of the three shares alone leaves it open.
@@ -193,7 +214,7 @@ TEST(verdicts_repeat_bit_for_bit) {
     struct vw_scene *scene = detection_plain_scene();
     struct vw_config config = small_config();
     config.pilot_steps = 32;
-    scene->point_count = scene->track_count = 0; // which would rule out what lies beyond
+    scene_forget_points(scene); // which would rule out what lies beyond
     for (int i = 0; i < 2; i++) {
         config.seed = 7 * (uint64_t)i;
         ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts[i], &count));
@@ -275,7 +296,7 @@ TEST(a_wide_box_is_seen) {
         double widening;
     } cases[] = {{"none", 1.0}, {"wide_box", 2.0}};
     struct vw_scene *scene = test_scene();
-    scene->point_count = scene->track_count = 0;
+    scene_forget_points(scene);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = test_config();
         struct vw_trainer *trainer = NULL;

@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include "base/memory.h"
+#include "scene/exposures/exposures.h"
 #include "support/draws.h"
 #include "support/exposed_scene.h"
 #include "support/synthetic_scene.h"
@@ -349,6 +350,54 @@ TEST(outliers_barely_move_exposures) {
     struct apart squares = compare(scene, expected, fit_to_colours); // which outliers move as they weigh
     assert_true(apart.gain < 0.005 && apart.bias < 0.0015);
     assert_true(squares.gain > 10 * apart.gain && squares.bias > 10 * apart.bias);
+}
+
+// A photo that sees a point twice has one observation of it, the first.
+TEST(a_point_counts_once_per_photo) {
+    const struct exposed_scene_params params = {.gains = 1, .biases = 1, .noise = 0.01};
+    struct vw_scene *twice = exposed_scene(params);
+    struct vw_track *tracks = vw_allocate(2 * twice->track_count, sizeof *tracks);
+    for (uint32_t p = 0; p < twice->point_count; p++) {
+        struct vw_point *point = &twice->points[p];
+        for (uint32_t t = 0; t < point->track_count; t++) {
+            const struct vw_track *track = &twice->tracks[point->first_track + t];
+            tracks[2 * (point->first_track + t)] = *track;
+            tracks[2 * (point->first_track + t) + 1] = (struct vw_track){track->view, 3.0f, 4.0f};
+        }
+        point->first_track *= 2;
+        point->track_count *= 2;
+    }
+    free(twice->tracks);
+    twice->tracks = tracks;
+    twice->track_count *= 2;
+    assert_same_bits(estimate(twice), estimate(exposed_scene(params)), EXPOSED_VIEWS);
+}
+
+// Points tell exposures if at least half of the train photos, here three of five, share eight of them.
+TEST(points_tell_where_half_of_the_photos_share_eight) {
+    static const struct {
+        uint32_t points, views[4], view_count;
+        bool tells;
+    } cases[] = {
+        {8, {0, 1, 2}, 3, true},
+        {7, {0, 1, 2}, 3, false},                 // a point too few
+        {8, {0, 1}, 2, false},                    // a photo too few
+        {8, {0, 1, EXPOSED_TRAINS}, 3, false},    // one that validates
+        {8, {0, 0, 1, 1}, 4, false},              // seen twice by each
+        {4, {0, 1, 2, 2}, 4, false},              // seen twice by one
+        {8, {0, EXPOSED_TRAINS, 0, 1}, 1, false}, // seen by one
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_scene *scene = exposed_scene((struct exposed_scene_params){0});
+        scene->point_count = cases[i].points;
+        for (uint32_t p = 0; p < cases[i].points; p++) {
+            scene->points[p].track_count = cases[i].view_count;
+            for (uint32_t t = 0; t < cases[i].view_count; t++)
+                scene->tracks[scene->points[p].first_track + t].view = cases[i].views[t];
+        }
+        ASSERT_OK(vw_scene_ask_points_for_exposures(scene));
+        if (scene->points_tell_exposures != cases[i].tells) fail_msg("case %zu", i);
+    }
 }
 
 TEST(only_train_photos_take_part) {

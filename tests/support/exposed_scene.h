@@ -27,4 +27,7 @@ float *exposed_pixel(const struct vw_scene *scene, uint32_t view, uint32_t x_px,
 // Returns those of the pixel that a track is at.
 float *exposed_track_pixel(const struct vw_scene *scene, uint32_t track);
 
+// Takes the points of any scene away, and what they tell of exposures.
+void scene_forget_points(struct vw_scene *scene);
+
 #endif

@@ -268,7 +268,7 @@ void vw_effects_specialise(const struct vw_effect_verdict *verdicts, const struc
     if (specialization->effect_distortion && any_rich_lens(scene))
         specialization->effect_distortion = DISTORTION_ANY_LENS;
     if (specialization->effect_appearance)
-        specialization->effect_appearance = vw_scene_tells_exposures(scene) ? APPEARANCE_GIVEN : APPEARANCE_FITTED;
+        specialization->effect_appearance = scene->points_tell_exposures ? APPEARANCE_GIVEN : APPEARANCE_FITTED;
     if (!specialization->effect_background) return;
     specialization->background_red = scene->background[0];
     specialization->background_green = scene->background[1];

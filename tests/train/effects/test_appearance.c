@@ -101,7 +101,7 @@ TEST(what_points_give_stays) {
     struct vw_scene *given = exposed_scene(exposed), *fitted = exposed_scene(exposed);
     struct vw_config config = test_config_with("appearance");
     const struct vw_exposure *exposures;
-    fitted->point_count = fitted->track_count = 0;
+    scene_forget_points(fitted);
     ASSERT_OK(vw_scene_estimate_exposures(given, &exposures));
     for (int i = 0; i < 2; i++) {
         struct vw_trainer *trainer = test_trainer_create(i ? fitted : given, &config, true, 0);
