@@ -378,6 +378,7 @@ TEST(points_tell_where_half_of_the_photos_share_eight) {
     static const struct {
         uint32_t points, views[4], view_count;
         bool tells;
+        uint32_t later; // by so much is a view of a point later, for every eight points
     } cases[] = {
         {8, {0, 1, 2}, 3, true},
         {7, {0, 1, 2}, 3, false},                 // a point too few
@@ -386,6 +387,8 @@ TEST(points_tell_where_half_of_the_photos_share_eight) {
         {8, {0, 0, 1, 1}, 4, false},              // seen twice by each
         {4, {0, 1, 2, 2}, 4, false},              // seen twice by one
         {8, {0, EXPOSED_TRAINS, 0, 1}, 1, false}, // seen by one
+        {32, {0, 1}, 2, true, 1},                 // each shares with the next
+        {32, {0, 0}, 2, false, 1},                // each sees its own twice
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_scene *scene = exposed_scene((struct exposed_scene_params){0});
@@ -393,7 +396,7 @@ TEST(points_tell_where_half_of_the_photos_share_eight) {
         for (uint32_t p = 0; p < cases[i].points; p++) {
             scene->points[p].track_count = cases[i].view_count;
             for (uint32_t t = 0; t < cases[i].view_count; t++)
-                scene->tracks[scene->points[p].first_track + t].view = cases[i].views[t];
+                scene->tracks[scene->points[p].first_track + t].view = cases[i].views[t] + p / 8 * cases[i].later;
         }
         ASSERT_OK(vw_scene_ask_points_for_exposures(scene));
         if (scene->points_tell_exposures != cases[i].tells) fail_msg("case %zu", i);
