@@ -116,19 +116,24 @@ static enum vw_status take_steps(struct vw_trainer *trainer) {
     return status;
 }
 
+static double share_of_state(double mse) { return isfinite(mse) ? vw_psnr_db(mse) / SCORED_STATES : NAN; }
+
 // Adds the PSNR of one of the states that are scored.
 static enum vw_status score(const struct vw_pilots *pilots, const struct training *training) {
     struct vw_view_error errors[PILOT_HELD_OUT_MAX];
+    double plain_mse[PILOT_HELD_OUT_MAX];
     const struct vw_measured_field measured = {.field = vw_trainer_field(training->trainer),
                                                .scene = pilots->scene,
                                                .masks = pilots->masks,
                                                .fits = pilots->fits,
-                                               .allows_blank = true};
+                                               .allows_blank = true,
+                                               .plain_mse = plain_mse};
     const struct vw_pilot_fold *fold = &pilots->folds[training->fold];
     enum vw_status status = vw_measure_views(&measured, fold->held_out, fold->held_out_count, PIXELS_PER_PHOTO, errors);
-    for (uint32_t i = 0; i < fold->held_out_count && !status; i++)
-        training->pilot->psnr_db[training->fold][i] +=
-            isfinite(errors[i].mse) ? vw_psnr_db(errors[i].mse) / SCORED_STATES : NAN;
+    for (uint32_t i = 0; i < fold->held_out_count && !status; i++) {
+        training->pilot->psnr_db[training->fold][i] += share_of_state(errors[i].mse);
+        training->pilot->plain_psnr_db[training->fold][i] += share_of_state(plain_mse[i]);
+    }
     return status;
 }
 
@@ -217,15 +222,16 @@ static double stderr_of(const double *gains, uint32_t count, const double *of_fo
     return sqrt(fmax(photos / (count - 1.0) / count, folds / (PILOT_FOLDS - 1.0) / PILOT_FOLDS));
 }
 
-struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
-                                   const struct vw_pilot *without) {
+typedef const double by_photo[PILOT_FOLDS][PILOT_HELD_OUT_MAX];
+
+static struct vw_pilot_gain compare(const struct vw_pilots *pilots, by_photo with_db, by_photo without_db) {
     struct vw_pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
     double gains[PILOT_FOLDS * PILOT_HELD_OUT_MAX], of_folds[PILOT_FOLDS], all = 0.0;
     for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
         double sum = 0.0;
         uint32_t first = gain.photo_count;
         for (uint32_t i = 0; i < pilots->folds[f].held_out_count; i++) {
-            double db = with->psnr_db[f][i] - without->psnr_db[f][i];
+            double db = with_db[f][i] - without_db[f][i];
             if (!isfinite(db)) continue;
             gains[gain.photo_count++] = db;
             sum += db;
@@ -238,4 +244,13 @@ struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct 
     gain.stderr_db = stderr_of(gains, gain.photo_count, of_folds, gain.mean_db);
     gain.low_db = gain.mean_db - vw_student_quantile_95(gain.photo_count - 1.0) * gain.stderr_db;
     return gain;
+}
+
+struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
+                                   const struct vw_pilot *without) {
+    return compare(pilots, with->psnr_db, without->psnr_db);
+}
+
+struct vw_pilot_gain vw_pilot_gain_of_fits(const struct vw_pilots *pilots, const struct vw_pilot *pilot) {
+    return compare(pilots, pilot->psnr_db, pilot->plain_psnr_db);
 }

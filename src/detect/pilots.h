@@ -30,8 +30,9 @@ struct vw_pilot_fold {
 
 struct vw_pilot {
     uint32_t effects; // a bit for each effect that it simulates, by its place in the registry
-    double psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX]; // for the photos held out; NaN if one has no usable pixel
-    double ms_per_step;                              // shown, and decides nothing
+    double psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX];       // for the photos held out; NaN if one has no usable pixel
+    double plain_psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX]; // the same without a fit of gain and bias
+    double ms_per_step;                                    // shown, and decides nothing
     uint64_t device_bytes;
 };
 
@@ -75,5 +76,8 @@ struct vw_pilot_gain {
 };
 struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
                                    const struct vw_pilot *without);
+// The gain of a gain and a bias per photo that is held out, fitted to its left half, on its right half. The field
+// learned from other photos, so that it cannot have learned their exposures.
+struct vw_pilot_gain vw_pilot_gain_of_fits(const struct vw_pilots *pilots, const struct vw_pilot *pilot);
 
 #endif

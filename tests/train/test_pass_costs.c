@@ -79,7 +79,7 @@ TEST(a_fit_that_no_step_makes_costs_nothing) {
         struct vw_scene *scene = exposed_scene((struct exposed_scene_params){.gains = 1});
         struct vw_config config = test_config_with("appearance");
         struct vw_pass_costs costs;
-        if (!points) scene->point_count = scene->track_count = 0;
+        if (!points) scene_forget_points(scene);
         vw_trainer_pass_costs(test_trainer_create(scene, &config, false, 1), &costs);
         assert_int_equal(find_cost(&costs, "fit_photo", NULL) != NULL, !points);
     }

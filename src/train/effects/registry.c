@@ -16,7 +16,7 @@
 
 static const char measured_gain[] = "gain in a short training over one without, dB, +- standard error";
 static const char appearance_gain[] =
-    "gain by exposures of photos, by points or in a short training, dB, +- standard error";
+    "gain by exposures of photos, by points or in a short training without them, dB, +- standard error";
 static const char on_request[] = "nothing: on where --effects names it";
 
 // clang-format off

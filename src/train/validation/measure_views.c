@@ -23,7 +23,8 @@ struct seen_view {
     struct vw_ray *tile;       // scratch
     uint32_t fit_count, count; // pixels to fit on; all
     double gain[3],
-        bias[3]; // by channel: the view is seen as (1 + gain) rendered + bias; 0 where validation fits nothing
+        bias[3];      // by channel: the view is seen as (1 + gain) rendered + bias; 0 where validation fits nothing
+    double plain_mse; // without these
 };
 
 static double channel_of(vw_float4 colour, int channel) {
@@ -81,18 +82,20 @@ static double seen_channel(const struct seen_view *seen, uint32_t pixel, int cha
 
 // Returns false when no pixel counts.
 static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
-    double squared = 0, absolute = 0, values = 0;
+    double squared = 0, absolute = 0, values = 0, plain = 0;
     for (int channel = 0; channel < 3; channel++) {
         fit_channel(seen, channel);
         for (uint32_t i = seen->fit_count; i < seen->count; i++) {
             if (seen->targets[i].w == 0.0f) continue;
-            double missing = seen_channel(seen, i, channel) - channel_of(seen->targets[i], channel);
+            double target = channel_of(seen->targets[i], channel), missing = seen_channel(seen, i, channel) - target;
             squared += missing * missing;
+            plain += pow(channel_of(seen->rendered[i], channel) - target, 2);
             absolute += fabs(missing);
             values++;
         }
     }
     *error = (struct vw_view_error){.mse = squared / values, .l1 = absolute / values};
+    seen->plain_mse = plain / values;
     return values > 0;
 }
 
@@ -134,8 +137,10 @@ enum vw_status vw_measure_views(const struct vw_measured_field *measured, const 
     if (!status) status = vw_scene_decode(measured->scene, views, view_count);
     if (!status)
         status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
-    for (uint32_t i = 0; !status && i < view_count; i++)
+    for (uint32_t i = 0; !status && i < view_count; i++) {
         status = measure_view(measured, &evaluator, views[i], pixels_max, &seen, &errors[i]);
+        if (!status && measured->plain_mse) measured->plain_mse[i] = seen.plain_mse;
+    }
     vw_evaluator_destroy(&evaluator);
     release(&seen);
     return status;

@@ -13,6 +13,7 @@ struct vw_measured_field { // all borrowed
     bool masks;        // mask files are obeyed
     bool fits;         // a gain and a bias are fitted to a view's left half, and its right half is measured
     bool allows_blank; // a view without usable pixels has errors of NaN; else it is a failure
+    double *plain_mse; // by view that is measured, its mean squared error without the fit; NULL: not asked for
 };
 
 // Measures views as vw_trainer_measure_views() says. The second does as vw_trainer_measure_whole() says.
