@@ -213,18 +213,24 @@ enum vw_status vw_pilots_make(struct vw_pilots *pilots, const uint32_t *sets, ui
 
 // ---- Differences ----------------------------------------------------------------------------------------------------
 
-// Returns the larger of two estimates of the variance of the mean: from all photos, and from the means of the folds,
-// whose trainings differ in their seed for all their photos alike.
-static double stderr_of(const double *gains, uint32_t count, const double *of_folds, double mean) {
-    double photos = 0.0, folds = 0.0;
-    for (uint32_t i = 0; i < count; i++) photos += pow(gains[i] - mean, 2.0);
-    for (uint32_t f = 0; f < PILOT_FOLDS; f++) folds += pow(of_folds[f] - mean, 2.0);
-    return sqrt(fmax(photos / (count - 1.0) / count, folds / (PILOT_FOLDS - 1.0) / PILOT_FOLDS));
+// Estimates the variance of the mean from all photos.
+static double variance_of_photos(const double *gains, uint32_t count, double mean) {
+    double sum = 0.0;
+    for (uint32_t i = 0; i < count; i++) sum += pow(gains[i] - mean, 2.0);
+    return sum / (count - 1.0) / count;
+}
+
+// Estimates it from the means of the folds, whose trainings differ in their seed for all their photos alike.
+static double variance_of_folds(const double *of_folds, double mean) {
+    double sum = 0.0;
+    for (uint32_t f = 0; f < PILOT_FOLDS; f++) sum += pow(of_folds[f] - mean, 2.0);
+    return sum / (PILOT_FOLDS - 1.0) / PILOT_FOLDS;
 }
 
 typedef const double by_photo[PILOT_FOLDS][PILOT_HELD_OUT_MAX];
 
-static struct vw_pilot_gain compare(const struct vw_pilots *pilots, by_photo with_db, by_photo without_db) {
+static struct vw_pilot_gain compare(const struct vw_pilots *pilots, by_photo with_db, by_photo without_db,
+                                    bool trainings_differ) {
     struct vw_pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
     double gains[PILOT_FOLDS * PILOT_HELD_OUT_MAX], of_folds[PILOT_FOLDS], all = 0.0;
     for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
@@ -241,16 +247,18 @@ static struct vw_pilot_gain compare(const struct vw_pilots *pilots, by_photo wit
     }
     if (gain.photo_count < 2) return gain;
     gain.mean_db = all / gain.photo_count;
-    gain.stderr_db = stderr_of(gains, gain.photo_count, of_folds, gain.mean_db);
+    double variance = variance_of_photos(gains, gain.photo_count, gain.mean_db);
+    if (trainings_differ) variance = fmax(variance, variance_of_folds(of_folds, gain.mean_db));
+    gain.stderr_db = sqrt(variance);
     gain.low_db = gain.mean_db - vw_student_quantile_95(gain.photo_count - 1.0) * gain.stderr_db;
     return gain;
 }
 
 struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
                                    const struct vw_pilot *without) {
-    return compare(pilots, with->psnr_db, without->psnr_db);
+    return compare(pilots, with->psnr_db, without->psnr_db, true);
 }
 
 struct vw_pilot_gain vw_pilot_gain_of_fits(const struct vw_pilots *pilots, const struct vw_pilot *pilot) {
-    return compare(pilots, pilot->psnr_db, pilot->plain_psnr_db);
+    return compare(pilots, pilot->psnr_db, pilot->plain_psnr_db, false);
 }

@@ -76,8 +76,8 @@ struct vw_pilot_gain {
 };
 struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
                                    const struct vw_pilot *without);
-// The gain of a gain and a bias per photo that is held out, fitted to its left half, on its right half. The field
-// learned from other photos, so that it cannot have learned their exposures.
+// Returns what a gain and a bias, fitted to the left half of each photo held out, gain on its right half. The field
+// learned from other photos, so that it cannot have learned their exposures; photos alone make the error.
 struct vw_pilot_gain vw_pilot_gain_of_fits(const struct vw_pilots *pilots, const struct vw_pilot *pilot);
 
 #endif

@@ -1,6 +1,8 @@
 // Effects that scenes call for: recipes whose truth is known, real photos, and what verdicts depend on.
 #include "support/cmocka_test.h"
 
+#include <jansson.h>
+
 #include "base/file.h"
 #include "base/memory.h"
 #include "detect/decide.h"
@@ -150,6 +152,37 @@ TEST(the_gain_by_exposures_is_that_of_errors) {
     assert_near(evidence.gain_db, 10 * log10((level + mean) / level), 1e-9);
     assert_near(evidence.low_db, 10 * log10((level + mean - 1.645 * sqrt(variance)) / level), 1e-9);
     assert_true(evidence.gain_db > 0.1 && evidence.stderr_db > 0.001);
+}
+
+// Without points, a gain and a bias fitted to one half of a photo held out tell of the other half whether photos differ
+// in exposure. Over a fixed background a short training with the effect is worse, which refuses it.
+FOLDER_TEST(photos_held_out_tell_exposures) {
+    static const struct {
+        const char *recipe, *effects;
+        bool exposed, called_for;
+    } cases[] = {{"tower.json", "+sky,-unbounded,-wide_box", true, true},
+                 {"clean.json", "-sky,-unbounded,-wide_box", false, false},
+                 {"cutout.json", "-sky,-unbounded,-wide_box", true, false}};
+    struct vw_config config = vw_config_default;
+    config.pilot_steps = 256;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        uint32_t count;
+        strcpy(config.effects, cases[i].effects);
+        json_t *recipe = json_load_file(temporary_path(scenes_folder, cases[i].recipe), 0, NULL);
+        const char *path = temporary_path(*state, cases[i].recipe);
+        if (cases[i].exposed)
+            json_object_set_new(recipe, "exposure", json_pack("{s:f,s:f}", "gain", 0.5, "tint", 0.05));
+        json_object_set_new(recipe, "points", json_string("none"));
+        assert_int_equal(json_dump_file(recipe, path, 0), 0);
+        json_decref(recipe);
+        ASSERT_OK(vw_effects_decide(test_gpu(), open_scene(path), &config, verdicts, &count));
+        const struct vw_effect_verdict *appearance = verdict_of(verdicts, count, "appearance");
+        if ((appearance->evidence_low >= 0.1) != cases[i].exposed)
+            fail_msg("%s: a bound of %g dB", cases[i].recipe, appearance->evidence_low);
+        assert_int_equal(appearance->called_for, cases[i].called_for);
+        assert_int_equal(isfinite(appearance->ms_per_step), cases[i].exposed); // only then is it trained
+    }
 }
 
 // Points that fill the box and the photos rule out what lies beyond. Each of the three shares alone leaves it open.
