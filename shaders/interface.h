@@ -313,6 +313,7 @@ struct vw_appearance {
 // L d. w of `rendered`: of the rays.
 struct vw_photo_sums {
     vw_float4 rendered, squares, missing, products;
+    vw_float4 gain, bias; // the last fit, before it is centred; gain.w: visits
 };
 
 VW_ENUM(CODE4, 12) // numbers of a photo's code / 4: 48, as in NeRF-W (Martin-Brualla et al., CVPR 2021)

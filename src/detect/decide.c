@@ -146,16 +146,16 @@ static void take_gain(const struct search *search, uint32_t effect, const struct
     describe_measurement(verdict, search, gain);
 }
 
-static bool harms(const struct vw_pilot_gain *gain) { return 2.0 * gain->mean_db - gain->low_db < 0.0; }
-
-// Measures the gain of an effect beside those chosen so far, and what it costs.
-static struct vw_pilot_gain measure_gain(const struct search *search, uint32_t effect) {
+// Judges the gain of an effect beside those chosen so far.
+static struct vw_pilot_gain judge(const struct search *search, uint32_t effect) {
     const struct vw_pilot *without = vw_pilots_find(&search->pilots, search->set),
                           *with = vw_pilots_find(&search->pilots, search->set | 1u << effect);
+    const struct vw_pilot_gain gain = vw_pilot_gain(&search->pilots, with, without);
     struct vw_effect_verdict *verdict = &search->verdicts[effect];
+    take_gain(search, effect, &gain);
     verdict->ms_per_step = with->ms_per_step - without->ms_per_step;
     verdict->device_bytes = (double)with->device_bytes - (double)without->device_bytes;
-    return vw_pilot_gain(&search->pilots, with, without);
+    return gain;
 }
 
 static enum vw_status make_pilots(struct search *search, const uint32_t *tried, uint32_t count) {
@@ -181,9 +181,8 @@ static enum vw_status take_round(struct search *search, bool tries_deferred, boo
         if (is_possible(search, i) && (tries_deferred || !is_deferred(search, i))) tried[count++] = i;
     enum vw_status status = count ? make_pilots(search, tried, count) : VW_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
-        struct vw_pilot_gain gain = measure_gain(search, tried[i]);
-        take_gain(search, tried[i], &gain);
-        if (harms(&gain)) search->candidates &= ~(1u << tried[i]); // not tried again
+        struct vw_pilot_gain gain = judge(search, tried[i]);
+        if (2.0 * gain.mean_db - gain.low_db < 0.0) search->candidates &= ~(1u << tried[i]); // harms: not tried again
         if (!(gain.low_db > best_db)) continue;
         best_db = gain.low_db;
         best = tried[i];
@@ -206,20 +205,14 @@ static enum vw_status run_search(struct search *search) {
 }
 
 // Judges appearance beside what was chosen, by what a gain and a bias of its own gain on each photo held out: 256 steps
-// show that sooner than they show a better field. A pilot with it must not be worse, though: early in training gains
-// may drift together, which harms where a fixed background says what colours are.
+// show that sooner than they show a better field.
 static enum vw_status judge_fits(struct search *search) {
-    uint32_t appearance = place_of(search, "appearance");
     if (!search->asks_photos) return VW_OK;
     enum vw_status status = make_pilots(search, NULL, 0);
     if (status) return status;
-    struct vw_pilot_gain gain = vw_pilot_gain_of_fits(&search->pilots, vw_pilots_find(&search->pilots, search->set));
-    take_gain(search, appearance, &gain);
-    if (!search->verdicts[appearance].called_for) return VW_OK;
-    status = make_pilots(search, &appearance, 1);
-    if (status) return status;
-    gain = measure_gain(search, appearance);
-    search->verdicts[appearance].called_for = !harms(&gain);
+    const struct vw_pilot_gain gain =
+        vw_pilot_gain_of_fits(&search->pilots, vw_pilots_find(&search->pilots, search->set));
+    take_gain(search, place_of(search, "appearance"), &gain);
     return VW_OK;
 }
 

@@ -155,14 +155,14 @@ TEST(the_gain_by_exposures_is_that_of_errors) {
 }
 
 // Without points, a gain and a bias fitted to one half of a photo held out tell of the other half whether photos differ
-// in exposure. Over a fixed background a short training with the effect is worse, which refuses it.
+// in exposure.
 FOLDER_TEST(photos_held_out_tell_exposures) {
     static const struct {
         const char *recipe, *effects;
-        bool exposed, called_for;
-    } cases[] = {{"tower.json", "+sky,-unbounded,-wide_box", true, true},
-                 {"clean.json", "-sky,-unbounded,-wide_box", false, false},
-                 {"cutout.json", "-sky,-unbounded,-wide_box", true, false}};
+        bool exposed;
+    } cases[] = {{"tower.json", "+sky,-unbounded,-wide_box", true},
+                 {"clean.json", "-sky,-unbounded,-wide_box", false},
+                 {"cutout.json", "-sky,-unbounded,-wide_box", true}};
     struct vw_config config = vw_config_default;
     config.pilot_steps = 256;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
@@ -180,8 +180,7 @@ FOLDER_TEST(photos_held_out_tell_exposures) {
         const struct vw_effect_verdict *appearance = verdict_of(verdicts, count, "appearance");
         if ((appearance->evidence_low >= 0.1) != cases[i].exposed)
             fail_msg("%s: a bound of %g dB", cases[i].recipe, appearance->evidence_low);
-        assert_int_equal(appearance->called_for, cases[i].called_for);
-        assert_int_equal(isfinite(appearance->ms_per_step), cases[i].exposed); // only then is it trained
+        assert_int_equal(appearance->called_for, cases[i].exposed);
     }
 }
 

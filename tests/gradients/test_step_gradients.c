@@ -125,7 +125,7 @@ TEST_CASES(the_loss_changes_as_the_gradients_say, i, step_case_count) {
 // ---- Descent and rendering ------------------------------------------------------------------------------------------
 
 // Fits the step's photo to its rays and those of earlier steps, whose sums are kept, and checks all photos' numbers.
-static void check_photos_fitted(const struct step_bench *bench, const struct reference_step *reference,
+static void check_photos_fitted(struct step_bench *bench, const struct reference_step *reference,
                                 const struct reference_params *before, const float *after,
                                 struct reference_photo_sums *sums) {
     if (!bench->model.specialization.effect_appearance) return;
@@ -138,12 +138,19 @@ static void check_photos_fitted(const struct step_bench *bench, const struct ref
                                  reference->rays[ray].target);
     }
     reference_fit_photo(sums, photo);
-    for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++) {
+    const uint32_t count = reference_photo_count(&bench->model);
+    const struct vw_photo_sums *fits = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS]);
+    for (uint64_t c = 0; c < 3; c++) {
+        check_value(bench->where, "fitted gain", c, (&fits[bench->view].gain.x)[c], photo->gain[c], PHOTO_TOLERANCE);
+        check_value(bench->where, "fitted bias", c, (&fits[bench->view].bias.x)[c], photo->bias[c], PHOTO_TOLERANCE);
+    }
+    *photo = reference_photo_of_fits(fits, count, bench->view);
+    for (uint32_t view = 0; view < count; view++) {
         struct reference_photo device = reference_photo_of(&bench->model, after, view);
         double tolerance = view == bench->view ? PHOTO_TOLERANCE : 0.0;
         for (uint64_t c = 0; c < 3; c++) {
-            check_value(bench->where, "fitted gain", c, device.gain[c], before->photos[view].gain[c], tolerance);
-            check_value(bench->where, "fitted bias", c, device.bias[c], before->photos[view].bias[c], tolerance);
+            check_value(bench->where, "gain", c, device.gain[c], before->photos[view].gain[c], tolerance);
+            check_value(bench->where, "bias", c, device.bias[c], before->photos[view].bias[c], tolerance);
         }
     }
 }

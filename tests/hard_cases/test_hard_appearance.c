@@ -26,6 +26,7 @@ static const double FIT_TOLERANCE =
 
 static const double TARGET_TOLERANCE = 1e-6; // a division and a difference of floats
 static const double PHOTO_TOLERANCE = 1e-4;  // rendered colours are good to 1e-5, and the fit magnifies by up to 10
+static const double CENTRE_TOLERANCE = 2e-5; // a quotient of floats, of which a least gain makes 10 at most
 static const float LEAST_GAIN = -0.9f;
 
 static const struct step_case setup = {
@@ -155,12 +156,21 @@ static void few_columns(struct hard_finding *finding) {
 
 // ---- Photos ---------------------------------------------------------------------------------------------------------
 
-// Checks what a step makes of the photo's numbers against a fit to what the reference renders, with the sums that the
-// device had before.
+static struct reference_photo fit_of(const struct vw_photo_sums *sums) {
+    struct reference_photo fit = {0};
+    for (int c = 0; c < 3; c++) {
+        fit.gain[c] = (&sums->gain.x)[c];
+        fit.bias[c] = (&sums->bias.x)[c];
+    }
+    return fit;
+}
+
+// Checks what a step makes of the photo against a fit to what the reference renders, with the sums that the device had
+// before.
 static void check_photo(struct hard_finding *finding, const struct step_bench *bench,
                         const struct reference_step *reference, const struct vw_photo_sums *before,
-                        const float *params) {
-    struct reference_photo device = reference_photo_of(&bench->model, params, bench->view), expected = device;
+                        const struct vw_photo_sums *after) {
+    struct reference_photo device = fit_of(after), expected = {0};
     struct reference_photo_sums sums = {.rays = before->rendered.w};
     for (int c = 0; c < 3; c++) {
         sums.rendered[c] = (&before->rendered.x)[c];
@@ -179,6 +189,17 @@ static void check_photo(struct hard_finding *finding, const struct step_bench *b
     for (uint64_t c = 0; c < 3; c++) {
         hard_compare(finding, "gain after the step", c, device.gain[c], expected.gain[c], 1.0, PHOTO_TOLERANCE);
         hard_compare(finding, "bias after the step", c, device.bias[c], expected.bias[c], 1.0, PHOTO_TOLERANCE);
+    }
+}
+
+// Checks gain and bias by which the photo is corrected against the device's own fits of all photos.
+static void check_centred(struct hard_finding *finding, const struct step_bench *bench,
+                          const struct vw_photo_sums *sums, const float *params) {
+    const struct reference_photo device = reference_photo_of(&bench->model, params, bench->view),
+                                 expected = reference_photo_of_fits(sums, bench->scene->view_count, bench->view);
+    for (uint64_t c = 0; c < 3; c++) {
+        hard_compare(finding, "centred gain", c, device.gain[c], expected.gain[c], 1.0, CENTRE_TOLERANCE);
+        hard_compare(finding, "centred bias", c, device.bias[c], expected.bias[c], 1.0, CENTRE_TOLERANCE);
     }
 }
 
@@ -210,27 +231,30 @@ static void write_colour(struct step_bench *bench, float colour, float weight) {
     hard_write_pixels(bench);
 }
 
-// Checks steps from photos whose gains and biases are these, on pixels of this colour and weight; returns the photo's
-// numbers after them.
+// Checks steps from photos whose gains and biases are these, on pixels of this colour and weight, beside a photo that
+// was visited before; returns the photo's fit after them.
 static struct reference_photo step_from(struct hard_finding *finding, float gain, float bias, float colour,
                                         float weight) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_buffer *sum_buffer = bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS];
-    float *after = NULL;
+    struct vw_photo_sums *sums_after = step_bench_read(bench, sum_buffer);
+    sums_after[1 - bench->view] =
+        (struct vw_photo_sums){.gain = {0.5f, 0.25f, -0.25f, 7.0f}, .bias = {0.1f, 0, -0.1f, 0}};
+    step_bench_write(bench, sum_buffer, sums_after);
     write_photos(bench, gain, bias);
     write_colour(bench, colour, weight);
-    for (uint64_t number = 1; number <= 3; number++) {
+    for (uint64_t number = 1; number <= 5; number++) { // from the fourth on, fits are taken
         float *before = step_bench_read(bench, bench->field.params);
         struct vw_photo_sums *sums = step_bench_read(bench, sum_buffer);
         struct reference_step *reference = hard_check_step(finding, bench, number);
-        struct vw_photo_sums *sums_after = step_bench_read(bench, sum_buffer);
-        after = step_bench_read(bench, bench->field.params);
+        sums_after = step_bench_read(bench, sum_buffer);
         hard_same_bits(finding, "sums of another photo", &sums_after[1 - bench->view], &sums[1 - bench->view],
                        sizeof *sums);
         check_targets(finding, bench, reference, before);
-        check_photo(finding, bench, reference, &sums[bench->view], after);
+        check_photo(finding, bench, reference, &sums[bench->view], &sums_after[bench->view]);
+        check_centred(finding, bench, sums_after, step_bench_read(bench, bench->field.params));
     }
-    return reference_photo_of(&bench->model, after, bench->view);
+    return fit_of(&sums_after[bench->view]);
 }
 
 static void paint(uint32_t view, uint8_t value) {

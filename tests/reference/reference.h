@@ -219,6 +219,9 @@ void reference_photo_sums_add(struct reference_photo_sums *sums, double weight, 
 void reference_photo_sums_fade(struct reference_photo_sums *sums); // by another visit
 // Finds the photo's gain and bias (shaders/effects/appearance/fit_photo.comp); the code stays.
 void reference_fit_photo(const struct reference_photo_sums *sums, struct reference_photo *photo);
+// Finds gain and bias by which a photo is corrected: its fit, where the mean of the photos that were visited is the
+// identity; and the identity itself up to its third visit. The code is 0.
+struct reference_photo reference_photo_of_fits(const struct vw_photo_sums *sums, uint32_t count, uint32_t view);
 // Computes what a code adds to the weights of the colour network's input 0; code weights are [width][REFERENCE_CODE].
 // The gradients are overwritten.
 void reference_mix_code(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], double *shift);

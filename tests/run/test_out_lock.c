@@ -157,7 +157,7 @@ FOLDER_TEST(a_killed_holder_leaves_no_lock) {
 static int contend(const char *out, const char *mark) {
     int held = 0;
     alarm(60);
-    for (int i = 0; i < 1500; i++) {
+    for (int i = 0; i < 1500 || !held; i++) { // on a busy machine others may hold it for all of these
         struct vw_out_lock *lock = NULL;
         if (vw_out_lock_take(out, &lock)) continue;
         int file = open(mark, O_WRONLY | O_CREAT | O_EXCL, 0666);
@@ -167,7 +167,7 @@ static int contend(const char *out, const char *mark) {
         held++;
         vw_out_lock_release(&lock);
     }
-    return held ? 0 : 2;
+    return 0;
 }
 
 FOLDER_TEST(two_never_hold_it) {

@@ -213,7 +213,7 @@ static void sum_channel(const struct step_bench *bench, const struct visit *visi
     }
 }
 
-// Holds the sums against the reference's, and gain and bias against what the reference makes of the device's sums.
+// Holds the sums against the reference's, and the fit against what the reference makes of the device's sums.
 // BIAS_PULL keeps the determinant above a twelfth of its first product, which magnifies its rounding by as much.
 static void check_fitted(const struct step_bench *bench, const struct visit *visit, uint32_t c) {
     static const char *const names[] = {"rays", "rendered", "squares", "missing", "products"};
@@ -238,8 +238,22 @@ static void check_fitted(const struct step_bench *bench, const struct visit *vis
            gain_error = 12.0 * 8.0 * FLOAT_ROUNDING * (products / squares + fabs(photo.gain[c])) + 16.0 * FLOAT_LEAST,
            shown = fabs((double)*after[3]) + fabs(photo.gain[c] * *after[1]),
            bias_error = (4.0 * FLOAT_ROUNDING * shown + gain_error * fabs((double)*after[1])) / biased + FLOAT_LEAST;
-    check_value(bench->where, "fitted gain", c, (&visit->photo_after.gain.x)[c], photo.gain[c], gain_error);
-    check_value(bench->where, "fitted bias", c, (&visit->photo_after.bias.x)[c], photo.bias[c], bias_error);
+    check_value(bench->where, "fitted gain", c, (&visit->sums_after.gain.x)[c], photo.gain[c], gain_error);
+    check_value(bench->where, "fitted bias", c, (&visit->sums_after.bias.x)[c], photo.bias[c], bias_error);
+}
+
+// Holds the photo against the device's own fits of all photos. A mean gain is above -0.9, whose inverse magnifies its
+// rounding by 10.
+static void check_centred(const struct step_bench *bench, const struct visit *visit, const struct vw_photo_sums *sums) {
+    const struct reference_photo photo =
+        reference_photo_of_fits(sums, reference_photo_count(&bench->model), bench->view);
+    for (uint32_t c = 0; c < 3; c++) {
+        double ratio = 1.0 + photo.gain[c], size = fabs(photo.bias[c]) + fabs((&visit->sums_after.bias.x)[c]);
+        check_value(bench->where, "centred gain", c, (&visit->photo_after.gain.x)[c], photo.gain[c],
+                    100.0 * FLOAT_ROUNDING * (1.0 + ratio));
+        check_value(bench->where, "centred bias", c, (&visit->photo_after.bias.x)[c], photo.bias[c],
+                    200.0 * FLOAT_ROUNDING * (1.0 + ratio) * (1.0 + size));
+    }
 }
 
 struct photo_state {
@@ -277,6 +291,8 @@ static void check_visit(struct step_bench *bench, struct visit *visit) {
     visit->sums = before.sums[bench->view];
     visit->sums_after = after.sums[bench->view];
     for (uint32_t c = 0; c < 3; c++) check_fitted(bench, visit, c);
+    check_centred(bench, visit, after.sums);
+    assert_true(visit->sums_after.gain.w == visit->sums.gain.w + 1.0f);
     assert_true(state->nonfinite == 0 && visit->photo_after.gain.w == 0.0f && visit->photo_after.bias.w == 0.0f);
     check_same_bits(bench->where, "grid and weights", after.params, before.params, range->offset_bytes);
     check_untouched(bench, "other photos", values_of(range, after.params), values_of(range, before.params), photos,
@@ -365,7 +381,7 @@ static void check_dark(struct step_bench *bench, struct visit *visit) {
         }
         check_visit(bench, visit);
     }
-    for (int c = 0; c < 3; c++) assert_true((&visit->photo_after.gain.x)[c] == -0.9f);
+    for (int c = 0; c < 3; c++) assert_true((&visit->sums_after.gain.x)[c] == -0.9f);
 }
 
 void check_fit_photo(struct step_bench *bench, enum input_kind kind) {
@@ -378,7 +394,11 @@ void check_fit_photo(struct step_bench *bench, enum input_kind kind) {
     struct photo_state start = read_photos(bench);
     memset(start.sums, 0, vw_buffer_size_bytes(sums));
     for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++)
-        if (view != bench->view) input_fill(INPUT_ORDINARY, &random, &start.sums[view].rendered.x, 16);
+        if (view != bench->view) {
+            input_fill(INPUT_ORDINARY, &random, &start.sums[view].rendered.x, 16);
+            start.sums[view].gain = (vw_float4){0.5f, -0.3f, 0.1f, (float)(view % 3)}; // some were not visited
+            start.sums[view].bias = (vw_float4){0.1f, 0.0f, -0.2f, 0.0f};
+        }
     step_bench_write(bench, sums, start.sums);
     for (int i = 0; i < UPDATES; i++) {
         draw_visit(bench, kind, &random, &visit);

@@ -77,8 +77,8 @@ void reference_photo_sums_fade(struct reference_photo_sums *sums) {
 
 // Eliminates the bias, which the least sum gives for any gain; a gain at its limit has the bias that goes with it.
 void reference_fit_photo(const struct reference_photo_sums *sums, struct reference_photo *photo) {
-    const long double gain_pull = reference_fit_ridge + 0.003L * sums->rays,
-                      bias_pull = reference_fit_ridge + 0.1L * sums->rays, least = -0.9L;
+    const long double gain_pull = reference_fit_ridge, bias_pull = reference_fit_ridge + 0.1L * sums->rays,
+                      least = -0.9L;
     for (int c = 0; c < 3; c++) {
         long double biased = sums->rays + bias_pull, mean = sums->rendered[c] / biased,
                     spread = sums->squares[c] + gain_pull - mean * sums->rendered[c],
@@ -87,6 +87,24 @@ void reference_fit_photo(const struct reference_photo_sums *sums, struct referen
         photo->gain[c] = (double)gain;
         photo->bias[c] = (double)((sums->missing[c] - gain * sums->rendered[c]) / biased);
     }
+}
+
+struct reference_photo reference_photo_of_fits(const struct vw_photo_sums *sums, uint32_t count, uint32_t view) {
+    struct reference_photo photo = {0};
+    for (int c = 0; c < 3 && sums[view].gain.w > 3.0f; c++) {
+        long double gain = 0.0L, bias = 0.0L, visited = 0.0L;
+        for (uint32_t v = 0; v < count; v++) {
+            if (sums[v].gain.w == 0.0f) continue;
+            gain += (&sums[v].gain.x)[c];
+            bias += (&sums[v].bias.x)[c];
+            visited++;
+        }
+        long double ratio = (1.0L + (&sums[view].gain.x)[c]) / (1.0L + gain / visited);
+        if (ratio < 0.1L) ratio = 0.1L;
+        photo.gain[c] = (double)(ratio - 1.0L);
+        photo.bias[c] = (double)((&sums[view].bias.x)[c] - ratio * bias / visited);
+    }
+    return photo;
 }
 
 // Solves the two normal equations of the ridge regression by Cramer's rule.
