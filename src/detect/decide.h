@@ -4,7 +4,8 @@
 // tell whether photos differ in exposure (photometric.h), and whether anything can lie beyond the box (points.h).
 // Everything else is measured. The search begins with what is on by then. It makes paired pilots (pilots.h) with each
 // further effect that is possible beside these, adds the one whose gain has the highest lower bound if that bound lies
-// above the price of PRICE_DB, and begins again.
+// above the price of PRICE_DB, and begins again. Where points do not tell of exposures, photos held out of the last
+// pilot do.
 #ifndef VIEWWORTH_DETECT_DECIDE_H
 #define VIEWWORTH_DETECT_DECIDE_H
 
