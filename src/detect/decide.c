@@ -80,11 +80,13 @@ enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *c
 
 struct search {
     struct vw_pilots pilots;
+    struct vw_pilots_params params;
     struct vw_effect_verdict *verdicts;
     const struct vw_effect *effects;
     uint32_t count;
     uint32_t set;        // a bit for each effect that was chosen so far, by its place in the registry
     uint32_t candidates; // that may be added
+    uint32_t doubts;     // candidates that seemed to gain in the last round, but not surely
     bool asks_photos;    // whether they differ in exposure: points do not tell
 };
 
@@ -171,35 +173,69 @@ static bool is_deferred(const struct search *search, uint32_t effect) {
     return bits_of_conflicts(search, &search->effects[effect]) & search->candidates & ~search->set;
 }
 
+// Returns the effect that pilots called for and that changes nothing beside this one, as a bit. This one is richer and
+// learns more slowly, so that a short training understates it: it takes the other's place unless it is surely worse.
+static uint32_t replaced_by(const struct search *search, uint32_t effect) {
+    return bit_of(search, search->effects[effect].hides) & search->set & search->candidates;
+}
+
+static void add(struct search *search, uint32_t effect) {
+    uint32_t replaced = replaced_by(search, effect);
+    search->verdicts[effect].called_for = true;
+    search->set |= 1u << effect;
+    search->set &= ~replaced;
+    for (uint32_t i = 0; i < search->count; i++)
+        if (replaced >> i & 1) search->verdicts[i].called_for = false;
+}
+
+static double high_db(const struct vw_pilot_gain *gain) { return 2.0 * gain->mean_db - gain->low_db; }
+
+static bool is_doubtful(const struct vw_pilot_gain *gain) { return gain->mean_db > 0.0 && gain->low_db < PRICE_DB; }
+
+// Opens longer pilots, for the effects in doubt.
+static enum vw_status lengthen(struct search *search, uint32_t steps) {
+    search->candidates = search->doubts;
+    search->params.steps = steps;
+    return vw_pilots_open(&search->params, &search->pilots);
+}
+
 // Tries the effects, those that are deferred only on demand. Adds the one that gains most, if any is worth its price;
 // *added tells.
 static enum vw_status take_round(struct search *search, bool tries_deferred, bool *added) {
     uint32_t tried[VW_EFFECT_COUNT_MAX], count = 0, best = 0;
     double best_db = -INFINITY;
     *added = false;
+    search->doubts = 0;
     for (uint32_t i = 0; i < search->count; i++)
         if (is_possible(search, i) && (tries_deferred || !is_deferred(search, i))) tried[count++] = i;
     enum vw_status status = count ? make_pilots(search, tried, count) : VW_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
         struct vw_pilot_gain gain = judge(search, tried[i]);
-        if (2.0 * gain.mean_db - gain.low_db < 0.0) search->candidates &= ~(1u << tried[i]); // harms: not tried again
-        if (!(gain.low_db > best_db)) continue;
-        best_db = gain.low_db;
+        if (high_db(&gain) < 0.0) search->candidates &= ~(1u << tried[i]); // harms: not tried again
+        if (is_doubtful(&gain)) search->doubts |= 1u << tried[i];
+        double bound_db = replaced_by(search, tried[i]) ? high_db(&gain) : gain.low_db;
+        if (!(bound_db > best_db)) continue;
+        best_db = bound_db;
         best = tried[i];
     }
     *added = !status && best_db >= PRICE_DB;
-    if (*added) search->set |= 1u << best;
     for (uint32_t i = 0; i < count && !status; i++) // until a later round has measured it beside the chosen one
-        if (tried[i] != best || !*added) search->verdicts[tried[i]].called_for = false;
+        search->verdicts[tried[i]].called_for = false;
+    if (*added) add(search, best);
     return status;
 }
 
+// Adds effects until none is worth its price. Those in doubt are then tried once more, with longer pilots.
 static enum vw_status run_search(struct search *search) {
+    uint32_t longer = vw_pilot_steps_in_doubt(search->params.scene, search->params.planned);
     bool added = true;
     enum vw_status status = VW_OK;
     while (added && !status) {
         status = take_round(search, false, &added);
         if (!status && !added) status = take_round(search, true, &added);
+        if (status || added || !search->doubts || search->params.steps == longer) continue;
+        status = lengthen(search, longer);
+        added = true;
     }
     return status;
 }
@@ -263,14 +299,14 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
     enum vw_status status = list_candidates(scene, planned->effects, &search);
     if (status) return status;
     uint32_t fitted = bit_of(&search, "appearance") | bit_of(&search, "appearance_code");
-    const struct vw_pilots_params params = {.gpu = gpu,
-                                            .scene = scene,
-                                            .planned = planned,
-                                            .steps = vw_pilot_steps(scene, planned),
-                                            .masks = vw_effects_obey_masks(scene, verdicts, count),
-                                            .fits = search.asks_photos || search.set & fitted};
+    search.params = (struct vw_pilots_params){.gpu = gpu,
+                                              .scene = scene,
+                                              .planned = planned,
+                                              .steps = vw_pilot_steps(scene, planned),
+                                              .masks = vw_effects_obey_masks(scene, verdicts, count),
+                                              .fits = search.asks_photos || search.set & fitted};
     if (!search.candidates && !search.asks_photos) return VW_OK;
-    status = vw_pilots_open(&params, &search.pilots);
+    status = vw_pilots_open(&search.params, &search.pilots);
     if (!status && search.candidates) status = run_search(&search);
     return status ? status : judge_fits(&search);
 }
@@ -306,4 +342,11 @@ uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *pl
     double steps = SHARE * rays / (PILOTS_EXPECTED * PILOT_FOLDS) / fmin(planned->rays, PILOT_RAYS);
     if (planned->pilot_steps != VW_PILOT_STEPS_AUTO) return planned->pilot_steps;
     return (uint32_t)fmin(fmax(steps, STEPS_LEAST), STEPS_MOST);
+}
+
+uint32_t vw_pilot_steps_in_doubt(const struct vw_scene *scene, const struct vw_config *planned) {
+    uint32_t steps = vw_pilot_steps(scene, planned);
+    uint64_t run_steps = (uint64_t)planned->epochs * scene->split_count[VW_SPLIT_TRAIN];
+    bool may_double = planned->pilot_steps == VW_PILOT_STEPS_AUTO && 2 * (uint64_t)steps <= run_steps;
+    return may_double ? 2 * steps : steps;
 }

@@ -4,8 +4,8 @@
 // tell whether photos differ in exposure (photometric.h), and whether anything can lie beyond the box (points.h).
 // Everything else is measured. The search begins with what is on by then. It makes paired pilots (pilots.h) with each
 // further effect that is possible beside these, adds the one whose gain has the highest lower bound if that bound lies
-// above the price of PRICE_DB, and begins again. Where points do not tell of exposures, photos held out of the last
-// pilot do.
+// above the price of PRICE_DB, and begins again; with longer pilots for those in doubt, if none does. Where points do
+// not tell of exposures, photos held out of the last pilot do.
 #ifndef VIEWWORTH_DETECT_DECIDE_H
 #define VIEWWORTH_DETECT_DECIDE_H
 
@@ -29,5 +29,8 @@ bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *sce
 
 // Returns how many steps a pilot takes for a run of the scene with the config `planned`.
 uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *planned);
+// Returns how many it takes where effects seem to gain, but not surely: twice as many, where the run has as many and
+// planned->pilot_steps names none.
+uint32_t vw_pilot_steps_in_doubt(const struct vw_scene *scene, const struct vw_config *planned);
 
 #endif

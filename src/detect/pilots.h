@@ -71,13 +71,16 @@ const struct vw_pilot *vw_pilots_find(const struct vw_pilots *pilots, uint32_t s
 // The gain of the effects of one pilot over those of another.
 struct vw_pilot_gain {
     double mean_db, stderr_db; // over the photos held out; NaN where fewer than two tell
-    double low_db;             // the lower end of a one-sided 95 % interval (Student's t)
+    double low_db;             // a cautious gain, below the mean
     uint32_t photo_count;      // that tell
 };
+// Compares two pilots. One standard error below the mean is cautious enough: short trainings understate what richer
+// fields gain.
 struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
                                    const struct vw_pilot *without);
 // Returns what a gain and a bias, fitted to the left half of each photo held out, gain on its right half. The field
-// learned from other photos, so that it cannot have learned their exposures; photos alone make the error.
+// learned from other photos, so that it cannot have learned their exposures; photos alone make the error. The cautious
+// gain is the lower end of a one-sided 95 % interval (Student's t).
 struct vw_pilot_gain vw_pilot_gain_of_fits(const struct vw_pilots *pilots, const struct vw_pilot *pilot);
 
 #endif

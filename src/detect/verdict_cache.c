@@ -38,9 +38,10 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     }
     vw_shader_hash(shaders);
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth verdicts 2");
+    vw_hasher_add_text(&hasher, "viewworth verdicts 3");
     vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
     vw_hasher_add_text(&hasher, config);
+    vw_hasher_add_integer(&hasher, vw_pilot_steps_in_doubt(scene, planned));
     for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, inner.centre_world[i]);
     vw_hasher_add_real(&hasher, inner.half_extent_world);
     vw_hasher_add_real(&hasher, wide.half_extent_world);

@@ -65,6 +65,16 @@ TEST(a_bright_sky_is_measured) {
     assert_true(isnan(visibility->evidence) && !visibility->on); // nobody asked for it
 }
 
+// If no further effect surely gains, those that seem to are tried once more, with twice the steps.
+TEST(doubts_take_longer_pilots) {
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    struct vw_config config = vw_config_default;
+    ASSERT_OK(vw_effects_decide(test_gpu(), open_recipe("table.json"), &config, verdicts, &count));
+    assert_non_null(strstr(verdict_of(verdicts, count, "sky")->measured_on, "2 x 256 steps"));
+    assert_non_null(strstr(verdict_of(verdicts, count, "unbounded")->measured_on, "2 x 512 steps"));
+}
+
 // Decides effects of the scene with a sky by short pilots; returns their number.
 static uint32_t decide_briefly(const char *effects, struct vw_effect_verdict *verdicts) {
     uint32_t count = 0;
@@ -317,8 +327,13 @@ TEST(pilots_keep_to_a_tenth) {
     assert_true(6 * PILOT_FOLDS * (steps + 1) * PILOT_RAYS > 0.1 * run_rays);
     config.epochs = 50000 / photos;
     assert_int_equal(vw_pilot_steps(scene, &config), 1024);
+    assert_int_equal(vw_pilot_steps_in_doubt(scene, &config), 2048);
     config.pilot_steps = 8;
     assert_int_equal(vw_pilot_steps(scene, &config), 8);
+    assert_int_equal(vw_pilot_steps_in_doubt(scene, &config), 8); // as the user says
+    config.pilot_steps = VW_PILOT_STEPS_AUTO;
+    config.epochs = 511 / photos;
+    assert_int_equal(vw_pilot_steps_in_doubt(scene, &config), 256); // never longer than the run
 }
 
 // The effect chooses the box that the field sees; beside unbounded it does nothing.
