@@ -73,7 +73,8 @@ typedef uint32_t vw_uint;
     VW_TRANSIENT_CONSTANTS(X) \
     X(87, EFFECT_POSE, effect_pose, uint, 0) \
     X(88, EFFECT_APPEARANCE_ENCODER, effect_appearance_encoder, uint, 0) \
-    X(89, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */
+    X(89, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */ \
+    X(90, SLICE_PARTS, slice_parts, uint, 1)       /* lanes of gradient_weights that share a slice: 1 to 64, a power of two */
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
@@ -115,6 +116,7 @@ struct vw_specialization {
     uint transient_row, d_transient_row, d_feature_row, transient_code_row, transient_column, transient_bias, transient_width4;
     uint effect_pose;
     uint effect_appearance_encoder, encoder_column;
+    uint slice_parts;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \

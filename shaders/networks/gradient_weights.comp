@@ -1,6 +1,7 @@
 // Weight gradients: d_W = sum over samples of d_out x in. Each invocation holds one tile of 2x2 blocks (8x8 weights) in
-// registers and walks one slice of SLICE_SAMPLES samples; reduce_weights adds the slices in order. The variant VW_LAYER
-// is of one matrix of the field mlp and of its biases.
+// registers and walks a part of one slice of SLICE_SAMPLES samples. The SLICE_PARTS parts of a slice are neighbours in
+// a workgroup, which adds them by halves; reduce_weights adds the slices in order. The variant VW_LAYER is of one
+// matrix of the field mlp and of its biases, where a slice is one part.
 layout(local_size_x = 64) in;
 
 struct matrix_tiles {
@@ -17,6 +18,7 @@ layout(set = 0, binding = VW_SLOT_D_LAYER_ROWS_TEXEL) uniform samplerBuffer d_la
 PUSH uniform Push { vw_push_matrix push; };
 
 #define COLUMNS (push.out4 * (4u * push.in4 + push.biases))
+#define PARTS 1u
 uint tile_count() { return VW_TILES(push.out4, push.in4); }
 uint sample_count() { return push.samples; }
 matrix_tiles find_matrix(inout uint tile) { return matrix_tiles(0u, push.out_row, push.in_row, push.out4, push.in4); }
@@ -31,6 +33,7 @@ BUFFER(VW_SLOT_KEPT) readonly buffer Kept { vw_kept kept; };
 PUSH uniform Push { vw_push_samples push; };
 
 #define COLUMNS WEIGHT_COLUMNS
+#define PARTS SLICE_PARTS
 #define in_place row_place
 #define out_place row_place
 #define in_at row_at
@@ -51,6 +54,34 @@ matrix_tiles find_matrix(inout uint tile) {
 }
 #endif
 
+#ifndef VW_LAYER
+shared vec4 of_upper_parts[PARTS > 1u ? 32u * 16u : 1u]; // by column and lane
+
+void put(uint lane, uint block, mat4 sum) {
+    for (uint i = 0u; i < 4u; i++) of_upper_parts[32u * (4u * block + i) + lane] = sum[i];
+}
+void take(uint lane, uint block, inout mat4 sum) {
+    for (uint i = 0u; i < 4u; i++) sum[i] += of_upper_parts[32u * (4u * block + i) + lane];
+}
+
+// Adds the sums of all parts of a slice to those of its first part.
+void add_parts(inout mat4 sum00, inout mat4 sum01, inout mat4 sum10, inout mat4 sum11) {
+    [[unroll]] for (uint part_count = PARTS / 2u; part_count > 0u; part_count /= 2u) {
+        uint lanes = part_count * (64u / PARTS), lane = gl_LocalInvocationID.x;
+        if (lane >= lanes && lane < 2u * lanes) {
+            put(lane - lanes, 0u, sum00), put(lane - lanes, 1u, sum01);
+            put(lane - lanes, 2u, sum10), put(lane - lanes, 3u, sum11);
+        }
+        barrier();
+        if (lane < lanes) {
+            take(lane, 0u, sum00), take(lane, 1u, sum01);
+            take(lane, 2u, sum10), take(lane, 3u, sum11);
+        }
+        barrier();
+    }
+}
+#endif
+
 void write_block(matrix_tiles m, uint slice, uint out_block, uint in_block, mat4 block) {
     if (out_block >= m.out4 || in_block >= m.in4) return;
     uint at = slice * COLUMNS + m.first_weight + 4u * (out_block * m.in4 + in_block);
@@ -59,10 +90,14 @@ void write_block(matrix_tiles m, uint slice, uint out_block, uint in_block, mat4
 
 void main() {
     uint tiles = tile_count();
-    uint index = invocation_index();
-    uint slice = index / tiles;
+    const uint items = 64u / PARTS; // tiles of slices in a workgroup
+    uint part = gl_LocalInvocationID.x / items;
+    uint index = workgroup_index() * items + gl_LocalInvocationID.x - part * items;
+    uint slice = index / tiles, slices = sample_count() / SLICE_SAMPLES;
     uint tile = index - slice * tiles;
-    if (slice * SLICE_SAMPLES >= sample_count()) return;
+    bool beyond = slice >= slices;
+    if (PARTS == 1u && beyond) return;
+    slice = min(slice, slices - 1u); // lanes beyond meet the others at barriers
 
     matrix_tiles m = find_matrix(tile);
     uint in_tiles = (m.in4 + 1u) / 2u;
@@ -75,8 +110,8 @@ void main() {
     vec4 bias0 = vec4(0.0), bias1 = vec4(0.0);
 #endif
     mat4 sum00 = mat4(0.0), sum01 = mat4(0.0), sum10 = mat4(0.0), sum11 = mat4(0.0);
-    uint first = slice * SLICE_SAMPLES; // a slice lies in one workgroup of rows
-    for (uint i = 0u; i < SLICE_SAMPLES; i += 4u) {
+    uint first = slice * SLICE_SAMPLES + part * (SLICE_SAMPLES / PARTS); // a slice lies in one workgroup of rows
+    for (uint i = 0u; i < SLICE_SAMPLES / PARTS; i += 4u) {
         uint at_out0 = out_place(out0, first + i), at_out1 = out_place(out1, first + i);
         uint at_in0 = in_place(in0, first + i), at_in1 = in_place(in1, first + i);
         vec4 d_out0[4], d_out1[4], value0[4], value1[4];
@@ -98,6 +133,10 @@ void main() {
             }
         }
     }
+#ifndef VW_LAYER
+    add_parts(sum00, sum01, sum10, sum11);
+    if (part > 0u || beyond) return;
+#endif
     write_block(m, slice, out_block, in_block, sum00);
     write_block(m, slice, out_block, in_block + 1u, sum01);
     write_block(m, slice, out_block + 1u, in_block, sum10);

@@ -31,7 +31,8 @@ static const char USAGE[] =
     "       --describe] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
-    "forced: chunk_samples slice_samples grid_texel rows_texel skip_zeros scatter (0: atomics, 1: split, 2: walk)\n";
+    "forced: chunk_samples slice_samples slice_parts grid_texel rows_texel skip_zeros\n"
+    "        scatter (0: atomics, 1: split, 2: walk)\n";
 
 enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kind of device
 
@@ -42,7 +43,7 @@ struct setup {
     uint32_t steps, rounds;      // steps are spread over the rounds, each with trainers of its own
     uint32_t together;           // trainings that share their submissions; times are per step and training
     uint32_t batch;              // steps of one
-    uint32_t chunk_samples, slice_samples, grid_texel, rows_texel, skip_zeros, scatter;
+    uint32_t chunk_samples, slice_samples, slice_parts, grid_texel, rows_texel, skip_zeros, scatter;
     bool profile;   // also prints the time of every pass
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
@@ -50,6 +51,7 @@ struct setup {
 };
 
 enum { ROUNDS_MAX = 64 };
+static const double WARM_UP_S = 0.5;
 
 // ---- Settings -------------------------------------------------------------------------------------------------------
 
@@ -71,7 +73,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->together = 1;
     setup->real.downscale = 1;
     setup->batch = 8;
-    setup->chunk_samples = setup->slice_samples = UNSET;
+    setup->chunk_samples = setup->slice_samples = setup->slice_parts = UNSET;
     setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = UNSET;
 }
 
@@ -126,6 +128,7 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"downscale", &setup->real.downscale, 1, 64},
         {"chunk_samples", &setup->chunk_samples, VW_FIELD_GROUP, MOST},
         {"slice_samples", &setup->slice_samples, 128, VW_FIELD_GROUP},
+        {"slice_parts", &setup->slice_parts, 1, 64},
         {"grid_texel", &setup->grid_texel, 0, 1},
         {"rows_texel", &setup->rows_texel, 0, 1},
         {"skip_zeros", &setup->skip_zeros, 0, 1},
@@ -164,6 +167,7 @@ static struct vw_device_choices choose(const struct setup *setup, const struct v
     vw_device_choose(vw_gpu_get_info(gpu), &choices);
     if (setup->chunk_samples != UNSET) choices.chunk_samples = setup->chunk_samples;
     if (setup->slice_samples != UNSET) choices.slice_samples = setup->slice_samples;
+    if (setup->slice_parts != UNSET) choices.slice_parts = setup->slice_parts;
     if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
     if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
     if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
@@ -246,14 +250,23 @@ static enum vw_status advance(const struct group *group, uint32_t *count) {
     return status;
 }
 
-// Medians over `batches` batches, after two for warming up.
-static enum vw_status time_batches(const struct group *group, uint32_t batches, struct timing *timing) {
+// Advances by at least two batches; a GPU until its clocks have risen.
+static enum vw_status warm_up(const struct vw_gpu *gpu, const struct group *group) {
+    enum vw_status status = VW_OK;
+    double end_s = vw_now_s() + (vw_gpu_get_info(gpu)->kind == VW_GPU_CPU ? 0.0 : WARM_UP_S);
+    for (uint32_t batches = 0, count; (batches < 2 || vw_now_s() < end_s) && status == VW_OK; batches++)
+        status = advance(group, &count);
+    return status;
+}
+
+// Takes medians over `batches` batches.
+static enum vw_status time_batches(const struct vw_gpu *gpu, const struct group *group, uint32_t batches,
+                                   struct timing *timing) {
     uint32_t count;
     double *wall_ms = vw_allocate(batches, sizeof *wall_ms), *cpu_ms = vw_allocate(batches, sizeof *cpu_ms),
            *host_ms = vw_allocate(batches, sizeof *host_ms);
     bool made = wall_ms && cpu_ms && host_ms;
-    enum vw_status status = made ? advance(group, &count) : VW_ERROR_MEMORY;
-    if (status == VW_OK) status = advance(group, &count);
+    enum vw_status status = made ? warm_up(gpu, group) : VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < batches && status == VW_OK; i++) {
         double wall_s = vw_now_s(), all_s = cpu_s(CLOCK_PROCESS_CPUTIME_ID), host_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
         status = advance(group, &count);
@@ -274,7 +287,7 @@ static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scen
     uint32_t batches = setup->steps / setup->batch / setup->rounds;
     struct group group = {0};
     enum vw_status status = open_group(gpu, scene, setup, validate, &group);
-    if (status == VW_OK) status = time_batches(&group, batches ? batches : 1, timing);
+    if (status == VW_OK) status = time_batches(gpu, &group, batches ? batches : 1, timing);
     if (status == VW_OK) vw_trainer_get_stats(group.trainers[0], stats);
     close_group(&group);
     return status;
@@ -374,8 +387,8 @@ static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
     enum vw_status status = vw_gpu_measure_peaks(gpu, &peaks);
     if (status != VW_OK) return status;
     print_limits(vw_gpu_get_limits(gpu));
-    printf("| chosen: chunk, slice | %" PRIu32 ", %" PRIu32 " samples |\n", choices.chunk_samples,
-           choices.slice_samples);
+    printf("| chosen: chunk, slice, its parts | %" PRIu32 ", %" PRIu32 " samples, %" PRIu32 " |\n",
+           choices.chunk_samples, choices.slice_samples, choices.slice_parts);
     printf("| chosen: scatter | %s%s |\n", scatter_names[choices.scatter],
            choices.skip_zeros ? ", zeros left out" : "");
     printf("| chosen: texel buffers for grid, rows | %s, %s |\n", choices.grid_texel ? "yes" : "no",

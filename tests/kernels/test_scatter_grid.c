@@ -66,7 +66,7 @@ TEST(only_short_chunks_are_walked) {
         struct vw_model model;
         if (vw_config_check(&config) != VW_OK) continue;
         const struct vw_device_choices choices = {
-            .chunk_samples = 1 << 18, .scatter = SCATTER_WALK, .slice_samples = 128};
+            .chunk_samples = 1 << 18, .scatter = SCATTER_WALK, .slice_samples = 128, .slice_parts = 1};
         if (vw_model_create(&config, &scene, NULL, 0, none, &choices, vw_gpu_get_limits(test_gpu()), &model)) continue;
         assert_true(model.scatter != SCATTER_WALK || model.specialization.chunk_samples <= 65535 / 2);
     }
@@ -105,7 +105,7 @@ TEST(no_step_size_can_wrap) {
             struct vw_model model;
             config.samples = sample_counts[i];
             if (vw_config_check(&config) != VW_OK) continue;
-            const struct vw_device_choices choices = {.chunk_samples = 1 << 14, .slice_samples = 128};
+            const struct vw_device_choices choices = {.chunk_samples = 1 << 14, .slice_samples = 128, .slice_parts = 1};
             assert_int_equal(vw_model_create(&config, &scene, NULL, 0, none, &choices, &vw_gpu_floor_limits, &model),
                              VW_OK);
             const struct vw_specialization *s = &model.specialization;

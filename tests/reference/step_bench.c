@@ -64,6 +64,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
                            ? c->chunk_samples
                            : vw_model_pad_rays(&bench->model, bench->config.rays) * bench->model.ray_samples;
     if (c->slice_samples) s->slice_samples = c->slice_samples;
+    if (c->slice_parts) s->slice_parts = c->slice_parts;
     s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
                                           vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;

@@ -34,6 +34,7 @@ const struct step_case step_cases[] = {
      .features = 4,
      .one_entry = true,
      .optimizer = VW_OPTIMIZER_SGD,
+     .slice_parts = 32,
 
      .random_background = true,
      .effects = "distortion,background,sky"},
@@ -119,6 +120,7 @@ const struct step_case step_cases[] = {
      .rays = 30,
      .levels = 6,
      .width = 16,
+     .slice_parts = 4,
      .effects = "occupancy"},
     {.name = "every effect at once",
      .seed = 13,

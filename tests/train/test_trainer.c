@@ -202,7 +202,7 @@ TEST(a_device_at_the_floor_trains_the_same) {
 
 static const enum vw_gpu_kind kinds[] = {VW_GPU_CPU, VW_GPU_DISCRETE}; // one of them is chosen for like the device
 
-// With slices of one length; those of the other kind round otherwise.
+// With slices of one length and as many parts; those of the other kind round otherwise.
 TEST_CASES(the_choices_for_each_kind_train_the_same, i, VW_ARRAY_COUNT(kinds)) {
     struct vw_device_choices choices, own;
     vw_device_choose(&(struct vw_gpu_info){.kind = kinds[i]}, &choices);
@@ -215,7 +215,7 @@ TEST_CASES(the_choices_for_each_kind_train_the_same, i, VW_ARRAY_COUNT(kinds)) {
     struct test_run *rounded = run_clamped(scene, &config, NULL, &choices, 0);
     for (uint32_t k = 0; k < ordinary->count; k++)
         assert_near(rounded->records[k].val_psnr, ordinary->records[k].val_psnr, 1e-3);
-    choices.slice_samples = own.slice_samples;
+    choices.slice_samples = own.slice_samples, choices.slice_parts = own.slice_parts;
     struct test_run *same = run_clamped(scene, &config, NULL, &choices, 0);
     test_run_assert_same(same, ordinary);
 }

@@ -17,7 +17,7 @@ uint divide_up(uint value, uint part) { return (value + part - 1u) / part; }
 void write_groups(uint groups) {
     uint slices = groups * (VW_FIELD_GROUP / SLICE_SAMPLES);
     kept.field_groups = uvec3(groups, 1u, 1u);
-    kept.weight_groups = uvec3(divide_up(slices * VW_WEIGHT_TILES(ENC4, WIDTH4), 64u), 1u, 1u);
+    kept.weight_groups = uvec3(divide_up(slices * VW_WEIGHT_TILES(ENC4, WIDTH4) * SLICE_PARTS, 64u), 1u, 1u);
     for (uint level = 0u; level < VW_LEVELS_MAX; level++)
         kept.scatter_groups[level] = uvec3(groups * (VW_FIELD_GROUP / 64u), level + 1u, 1u);
     kept.slots = groups * VW_FIELD_GROUP;

@@ -316,11 +316,12 @@ void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_
 static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
                             struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     uint32_t samples = chunk->rays->ray_count * model->specialization.samples;
-    uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
+    uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles,
+             parts = model->specialization.slice_parts;
     if (passes->specialization.effect_transient) record_head_back(model, passes, submission, chunk);
     dispatch_samples(passes, submission, chunk, HASH_BACKWARD, NULL, 0, samples,
                      offsetof(struct vw_kept, field_groups));
-    dispatch_samples(passes, submission, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, tiles,
+    dispatch_samples(passes, submission, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, parts * tiles,
                      offsetof(struct vw_kept, weight_groups));
     vw_submission_dispatch(submission, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays,
                            own_columns(model));

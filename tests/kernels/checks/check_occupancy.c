@@ -142,7 +142,7 @@ static void draw_counts(const struct step_bench *bench, enum input_kind kind, ui
 
 static void check_groups(const struct step_bench *bench, const struct vw_kept *kept, uint32_t total) {
     uint32_t groups = (total + 255) / 256, slices = groups * (256 / bench->model.specialization.slice_samples),
-             tiles = slices * bench->model.weight_tiles;
+             tiles = slices * bench->model.weight_tiles * bench->model.specialization.slice_parts;
     assert_int_equal(kept->slots, 256 * groups);
     assert_memory_equal(&kept->field_groups, &((vw_uint3){groups, 1, 1}), sizeof kept->field_groups);
     assert_memory_equal(&kept->weight_groups, &((vw_uint3){(tiles + 63) / 64, 1, 1}), sizeof kept->weight_groups);
