@@ -120,7 +120,13 @@ static bool is_possible(const struct search *search, uint32_t effect) {
     return true;
 }
 
-static void describe_measurement(struct vw_effect_verdict *verdict, const struct search *search,
+// Returns the effect that pilots called for and that changes nothing beside this one, as a bit. This one is richer and
+// learns more slowly, so that a short training understates it: it takes the other's place unless it is surely worse.
+static uint32_t replaced_by(const struct search *search, uint32_t effect) {
+    return bit_of(search, search->effects[effect].hides) & search->set & search->candidates;
+}
+
+static void describe_measurement(struct vw_effect_verdict *verdict, const struct search *search, uint32_t effect,
                                  const struct vw_pilot_gain *gain) {
     const struct vw_pilots *pilots = &search->pilots;
     size_t room = sizeof verdict->measured_on;
@@ -134,8 +140,8 @@ static void describe_measurement(struct vw_effect_verdict *verdict, const struct
                          search->effects[i].name);
         any = true;
     }
-    if (!any && used >= 0 && (size_t)used < room)
-        snprintf(verdict->measured_on + used, room - (size_t)used, " no effect");
+    const char *end = !any ? " no effect" : replaced_by(search, effect) ? ", taken unless surely worse" : "";
+    if (used >= 0 && (size_t)used < room) snprintf(verdict->measured_on + used, room - (size_t)used, "%s", end);
 }
 
 static void take_gain(const struct search *search, uint32_t effect, const struct vw_pilot_gain *gain) {
@@ -145,7 +151,7 @@ static void take_gain(const struct search *search, uint32_t effect, const struct
     verdict->evidence_low = gain->low_db;
     verdict->threshold = PRICE_DB;
     verdict->called_for = gain->low_db >= PRICE_DB;
-    describe_measurement(verdict, search, gain);
+    describe_measurement(verdict, search, effect, gain);
 }
 
 // Judges the gain of an effect beside those chosen so far.
@@ -171,12 +177,6 @@ static enum vw_status make_pilots(struct search *search, const uint32_t *tried, 
 // chosen, and a pilot is saved.
 static bool is_deferred(const struct search *search, uint32_t effect) {
     return bits_of_conflicts(search, &search->effects[effect]) & search->candidates & ~search->set;
-}
-
-// Returns the effect that pilots called for and that changes nothing beside this one, as a bit. This one is richer and
-// learns more slowly, so that a short training understates it: it takes the other's place unless it is surely worse.
-static uint32_t replaced_by(const struct search *search, uint32_t effect) {
-    return bit_of(search, search->effects[effect].hides) & search->set & search->candidates;
 }
 
 static void add(struct search *search, uint32_t effect) {

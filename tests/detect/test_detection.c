@@ -75,16 +75,34 @@ TEST(doubts_take_longer_pilots) {
     assert_non_null(strstr(verdict_of(verdicts, count, "unbounded")->measured_on, "2 x 512 steps"));
 }
 
-// Decides effects of the scene with a sky by short pilots; returns their number.
-static uint32_t decide_briefly(const char *effects, struct vw_effect_verdict *verdicts) {
+// Decides effects of the scene with a sky by pilots of so many steps; returns their number.
+static uint32_t decide_in(uint32_t steps, const char *effects, struct vw_effect_verdict *verdicts) {
     uint32_t count = 0;
     struct vw_config config = small_config();
-    config.pilot_steps = 8;
+    config.pilot_steps = steps;
     strcpy(config.effects, effects);
     struct vw_scene *scene = detection_sky_scene();
     scene_forget_points(scene); // which would tell of appearance
     ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
     return count;
+}
+
+static uint32_t decide_briefly(const char *effects, struct vw_effect_verdict *verdicts) {
+    return decide_in(8, effects, verdicts);
+}
+
+// The shortest trainings show that a sky gains most. Unbounded takes its place once it is not surely worse.
+TEST(unbounded_replaces_a_sky) {
+    for (int longer = 0; longer < 2; longer++) {
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        uint32_t count = decide_in(longer ? 23 : 16, "-appearance", verdicts);
+        const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky"),
+                                       *unbounded = verdict_of(verdicts, count, "unbounded");
+        assert_true(sky->evidence_low >= sky->threshold && unbounded->evidence_low < unbounded->threshold);
+        assert_non_null(strstr(unbounded->measured_on, "beside sky, taken unless surely worse"));
+        assert_int_equal(sky->on, !longer);
+        assert_int_equal(unbounded->on, longer);
+    }
 }
 
 // A sky is hidden where unbounded is on, and not measured.
