@@ -64,6 +64,11 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
     {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
      VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
+    {"cameras", "FILE",
+     "File to write the cameras to, coloured by rank of the recommended score (grey: not valued): .ply or .json",
+     VW_OPTIONS_EXPORT, VW_SECTION_MAIN, OPTION(TEXT, cameras), COMMON},
+    {"points", "FILE.ply", "File to write the scene's points with their colours to", VW_OPTIONS_EXPORT, VW_SECTION_MAIN,
+     OPTION(TEXT, points), COMMON},
     {"verify", NULL,
      "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
      "photos that did not select it (recommended; needs the scene and a device); up to 25 lists with --seeds "
