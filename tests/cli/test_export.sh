@@ -27,4 +27,14 @@ check "the first is the camera's centre" near "$(rows "$folder/c.ply" | awk 'NR 
 check "an existing file is refused" refuses 'exists' --cameras "$folder/c.ply"
 check "--json says what was written" answers "j ->> '\$.cameras' IS NULL AND j ->> '\$.points' = '$folder/q.ply'" \
     "$program" export "$out" --points "$folder/q.ply" --device llvmpipe --json --quiet
+
+# Five photos with poses and nothing else.
+mkdir "$folder/bare"
+for i in 0 1 2 3 4; do write_photo "$folder/bare/$i.png"; printf '%s' "$i" >>"$folder/bare/$i.png"; done
+sqlite3 :memory: "SELECT json_object('camera_angle_x', 0.8, 'frames', json_group_array(json_object('file_path', value || '.png',
+    'transform_matrix', json('[[1,0,0,' || value || '],[0,1,0,0],[0,0,1,3],[0,0,0,1]]')))) FROM json_each('[0,1,2,3,4]')" \
+    >"$folder/bare/transforms.json"
+out=$folder/bare.run
+check "a run without points" run "$program" value "$folder/bare" --out "$out" --epochs 3 "${small[@]}"
+check "points are refused, and why is said" refuses 'no points from structure from motion' --points "$folder/none.ply"
 conclude
