@@ -62,8 +62,9 @@ const struct vw_option vw_option_table[] = {
      "File to write: the photo list of select (required), the image of render (.png or .exr, default "
      "OUT/render_VIEW.png), or the page of report (default report.html in the first OUT)",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
-    {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
-     VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
+    {"view", "NAME|N",
+     "Photo to render: its name, also without folder and extension, or its index among the validation photos",
+     VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
     {"verify", NULL,
      "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
      "photos that did not select it (recommended; needs the scene and a device); up to 25 lists with --seeds "
