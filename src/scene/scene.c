@@ -92,6 +92,18 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
     return refuse_path(params->path);
 }
 
+// Notes which format was taken of those that fit, unless the user chose: their poses or photos may differ.
+static enum vw_status note_format(struct vw_scene *scene, const struct vw_scene_params *params,
+                                  const struct vw_scene_format *taken) {
+    const char *others[VW_ARRAY_COUNT(formats)] = {"", "", ""};
+    size_t count = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(formats) && !params->format; i++)
+        if (&formats[i] != taken && formats[i].probe(params->path)) others[count++] = formats[i].name;
+    if (!count) return VW_OK;
+    return vw_scene_note(scene, "read as %s; --format %s%s%s%s%s fits, too", taken->name, others[0],
+                         count > 1 ? " or " : "", others[1], count > 2 ? " or " : "", others[2]);
+}
+
 // Completes the opening, in the same way for all formats.
 static enum vw_status finish(struct vw_scene_builder *builder) {
     const struct vw_scene_params *params = builder->params;
@@ -119,7 +131,8 @@ static enum vw_status load(struct vw_scene_builder *builder) {
     builder->scene->path = vw_copy_text(params->path);
     builder->scene->format = vw_copy_text(format->name);
     if (!builder->folder || !builder->scene->path || !builder->scene->format) return VW_ERROR_MEMORY;
-    return format->load(builder);
+    status = note_format(builder->scene, params, format);
+    return status ? status : format->load(builder);
 }
 
 static void close_builder(struct vw_scene_builder *builder) {

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# render --view: photos by a part of their name, the image's default name, and a folder of folds. Takes the program's path.
+# render --view: photos by a part of their name, the image's default name, and a folder of folds; and the format that info notes. Takes the
+# program's path.
 . "$(dirname "$0")/../support/program_test.sh"
 
 refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...
@@ -33,4 +34,14 @@ mkdir -p "$folder/folds/fold-1"
 cp "$folder/out/ledger.db" "$folder/folds/fold-1"
 check "a folder of folds is refused with the folder to give" refuses 'render from one of them, for example .*/folds/fold-1 ' \
     render "$folder/folds"
+
+# ---- Formats --------------------------------------------------------------------------------------------------------------
+
+info() { "$program" info "$folder/scene" --pilot-steps 0 "$@" 2>&1; }
+check "a scene that one format fits has no note on it" test "$(info | grep -c 'read as')" = 0
+mkdir "$folder/scene/dense"
+printf 'filename\tid\tsplit\tdataset\n' >"$folder/scene/list.tsv"
+check "info says which format was taken, and which fits, too" \
+    test "$(info | grep 'read as')" = 'note     read as transforms; --format phototourism fits, too'
+check "but not after a choice" test "$(info --format transforms | grep -c 'read as')" = 0
 conclude "$@"
