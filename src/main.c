@@ -108,6 +108,10 @@ static const struct vw_command commands[] = {
     {USE, "render", "OUT", "Render a view with the trained field, beside its photo",
      "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
+    {USE, "export", "OUT", "Write the cameras and points of a run's scene for other programs",
+     "Blender and MeshLab open the .ply files. Positions are those of the scene; camera_to_world has the camera's x to "
+     "the right, y up, and its view along -z. Files that exist are refused. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_EXPORT | VW_OPTIONS_JSON, vw_command_export},
 
     {CHECK, "verify", "OUT", "Check that the run in OUT and its files were not changed",
      "Finds rows that were edited, removed, added or reordered: recomputes every hash, every score and the identity of "

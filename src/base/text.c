@@ -62,6 +62,33 @@ static void make_harmless(char *text, bool keep_line_ends) {
     *to = 0;
 }
 
+static uint32_t lesser(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
+uint32_t vw_text_distance(const char *a, const char *b) {
+    enum { LENGTH_MOST = 63 };
+    uint32_t table[LENGTH_MOST + 1][LENGTH_MOST + 1]; // distances of their first i and j letters
+    size_t a_length = strlen(a), b_length = strlen(b);
+    if (a_length > LENGTH_MOST || b_length > LENGTH_MOST) return UINT32_MAX;
+    for (uint32_t i = 0; i <= a_length; i++)
+        for (uint32_t j = 0; j <= b_length; j++) {
+            uint32_t *distance = &table[i][j];
+            *distance = i + j; // right where one of them is empty
+            if (!i || !j) continue;
+            *distance = lesser(table[i - 1][j], table[i][j - 1]) + 1;
+            *distance = lesser(*distance, table[i - 1][j - 1] + (a[i - 1] != b[j - 1]));
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                *distance = lesser(*distance, table[i - 2][j - 2] + 1);
+        }
+    return table[a_length][b_length];
+}
+
+void vw_take_nearer(const char *word, const char *name, uint32_t *least, const char **nearest) {
+    uint32_t distance = vw_text_distance(word, name);
+    if (distance >= *least || distance > strlen(word) / 3) return;
+    *least = distance;
+    *nearest = name;
+}
+
 void vw_text_make_line(char *text) { make_harmless(text, false); }
 
 void vw_text_make_lines(char *text) { make_harmless(text, true); }

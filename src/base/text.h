@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 // Returns whether a text is UTF-8 that changes only its own place on a terminal: no control characters (C0, DEL, C1),
 // no line or paragraph separators, no marks, embeddings, overrides or isolates of the writing direction, no invisible
@@ -12,6 +13,13 @@
 bool vw_text_is_clean(const char *text);
 // Replaces the same characters as vw_text_make_line(), but keeps line ends (LF).
 void vw_text_make_lines(char *text);
+
+// Counts the letters to insert, remove, replace or exchange with a neighbour until one word is the other. At least 1 if
+// they differ; words of 64 bytes or more count as far apart (UINT32_MAX).
+uint32_t vw_text_distance(const char *a, const char *b);
+// Takes a name as the nearest one to a word if it is nearer than `*least`, which begins at UINT32_MAX, and so near that
+// a slip may have made the word of it: one edit for three letters.
+void vw_take_nearer(const char *word, const char *name, uint32_t *least, const char **nearest);
 
 // ---- Lists that options take: words with commas between, "rays,samples"; an empty list is one empty word ----
 

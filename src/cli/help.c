@@ -52,7 +52,7 @@ void vw_help_print_program(const struct vw_program *program) {
             print_term(term, command->summary, COMMAND_COLUMN);
         }
     }
-    printf("\n%s COMMAND --help explains a command and its main options.\n"
+    printf("\n%s help COMMAND (or COMMAND -h) explains a command and its main options.\n"
            "%s COMMAND --help-all lists all its options.\n"
            "%s --version prints the version.\n"
            "%s --generate-docs FOLDER writes man pages and bash completion.\n",

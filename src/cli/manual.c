@@ -140,9 +140,11 @@ static void write_completion(FILE *stream, const struct vw_program *program, con
     fputs("    esac\n    case $before in\n", stream);
     for (uint32_t i = 0; i < vw_program_option_count(program); i++)
         write_option_words(stream, vw_program_option(program, i));
-    fputs("    esac\n    if ((COMP_CWORD == 1)); then\n        words='", stream);
+    fputs("    esac\n"
+          "    if ((COMP_CWORD == 1)) || [[ $COMP_CWORD == 2 && ${COMP_WORDS[1]} == help ]]; then\n        words='",
+          stream);
     for (uint32_t i = 0; i < program->command_count; i++) fprintf(stream, "%s ", program->commands[i].name);
-    fputs("--help --version'\n    elif [[ $word == -* ]]; then\n        words=$options\n    fi\n"
+    fputs("help --help --version'\n    elif [[ $word == -* ]]; then\n        words=$options\n    fi\n"
           "    mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
           "}\n",
           stream);

@@ -44,6 +44,7 @@ struct vw_option {
     const char *default_text; // the default of a text; NULL: none, or not worth a word
     const char *needs;        // option that must be given too, where the command has it; NULL: none
     const char *words;        // values that completion offers, with spaces between; NULL: file names
+    char letter;              // its short form, "o" for "-o"; 0: none
     const char *(*choice_name)(uint32_t choice);
     uint32_t choice_count;
 };

@@ -34,7 +34,7 @@ const struct vw_option vw_option_table[] = {
     // Results and inputs of a command.
     {"out", "FOLDER", "Folder for the results (required)",
      VW_OPTIONS_OUT | VW_OPTIONS_IMPORT | VW_OPTIONS_RUNS | VW_OPTIONS_BATCH | VW_OPTIONS_MERGE, VW_SECTION_MAIN,
-     OPTION(TEXT, out), COMMON},
+     OPTION(TEXT, out), COMMON, .letter = 'o'},
     {"per-device", "N", "Number of processes at a time on each device", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
      OPTION(COUNT, per_device), RANGE(1, 64), COMMON},
     {"together", "K", "Number of trainings at the same time on each device; it changes no result",
@@ -62,8 +62,14 @@ const struct vw_option vw_option_table[] = {
      "File to write: the photo list of select (required), the image of render (.png or .exr, default "
      "OUT/render_VIEW.png), or the page of report (default report.html in the first OUT)",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
-    {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
-     VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
+    {"view", "NAME|N",
+     "Photo to render: its name, also without folder and extension, or its index among the validation photos",
+     VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
+    {"cameras", "FILE",
+     "File to write the cameras to, coloured by rank of the recommended score (grey: not valued): .ply or .json",
+     VW_OPTIONS_EXPORT, VW_SECTION_MAIN, OPTION(TEXT, cameras), COMMON},
+    {"points", "FILE.ply", "File to write the scene's points with their colours to", VW_OPTIONS_EXPORT, VW_SECTION_MAIN,
+     OPTION(TEXT, points), COMMON},
     {"verify", NULL,
      "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
      "photos that did not select it (recommended; needs the scene and a device); up to 25 lists with --seeds "
@@ -307,7 +313,8 @@ const struct vw_option vw_option_table[] = {
      COMMON},
     {"quiet", NULL, "Print only results, warnings and errors", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
      OPTION(FLAG, quiet), COMMON},
-    {"help", NULL, "Show the main options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help), COMMON},
+    {"help", NULL, "Show the main options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help), COMMON,
+     .letter = 'h'},
     {"help-all", NULL, "Show all options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help_all), COMMON},
 };
 

@@ -41,7 +41,10 @@ void vw_option_usage(const struct vw_option *option, char text[VW_OPTION_USAGE_B
     char choices[VW_OPTION_CHOICES_BYTES];
     vw_option_choices(option, '|', choices);
     const char *argument = choices[0] ? choices : option->argument ? option->argument : "";
-    snprintf(text, VW_OPTION_USAGE_BYTES, "--%s%s%s", option->name, *argument ? " " : "", argument);
+    const char *space = *argument ? " " : "";
+    size_t used = (size_t)snprintf(text, VW_OPTION_USAGE_BYTES, "--%s%s%s", option->name, space, argument);
+    if (option->letter && used < VW_OPTION_USAGE_BYTES)
+        snprintf(text + used, VW_OPTION_USAGE_BYTES - used, ", -%c%s%s", option->letter, space, argument);
 }
 
 // Returns the option's field in the defaults. Those of the config are the library's.

@@ -17,7 +17,7 @@ void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_B
 // The names of an option's choices with the separator between; "" without choices.
 enum { VW_OPTION_CHOICES_BYTES = 128 };
 void vw_option_choices(const struct vw_option *option, char separator, char text[VW_OPTION_CHOICES_BYTES]);
-// "--rays N".
+// "--rays N", "--out FOLDER, -o FOLDER".
 enum { VW_OPTION_USAGE_BYTES = 160 };
 void vw_option_usage(const struct vw_option *option, char text[VW_OPTION_USAGE_BYTES]);
 // The help sentence with range and default: "Training rays per step (1 to 65536, default 500)."

@@ -72,6 +72,7 @@ struct vw_options {
     uint32_t replay_steps;
     const char *parameters; // names of those that tradeoff changes
     const char *view;
+    const char *cameras, *points; // files that export writes
     const char *to;
     bool verify, without_outliers, positive, significant, not_harmful;
     const char *top, *drop;
@@ -103,6 +104,7 @@ enum {
     VW_OPTIONS_VIEW = 16,
     VW_OPTIONS_JSON = 32,
     VW_OPTIONS_VERIFY = 128,
+    VW_OPTIONS_EXPORT = 256,
     VW_OPTIONS_ALWAYS = 512,
     VW_OPTIONS_IMPORT = 2048,     // --out, which is required, and the training options that scores depend on
     VW_OPTIONS_ONE_RUN = 8192,    // commands that make a single run

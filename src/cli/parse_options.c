@@ -90,16 +90,41 @@ static enum vw_status store(const struct vw_option *option, const char *text, st
     return status;
 }
 
+// Lists the command's options for getopt, by name, and by letter (a colon follows those that need a value).
 static void list_for_getopt(const struct vw_program *program, const struct vw_command *command,
-                            struct option list[OPTIONS_MAX + 1]) {
+                            struct option list[OPTIONS_MAX + 1], char letters[2 * OPTIONS_MAX + 2]) {
     int count = 0;
+    *letters++ = ':'; // a missing value has a code of its own
     for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
         const struct vw_option *option = vw_program_option(program, i);
         if (!vw_option_fits(option, command)) continue;
         int argument = option->kind == VW_OPTION_FLAG ? no_argument : required_argument;
         list[count++] = (struct option){option->name, argument, NULL, FIRST_CODE + (int)i};
+        if (option->letter) *letters++ = option->letter;
+        if (option->letter && argument == required_argument) *letters++ = ':';
     }
+    *letters = 0;
     list[count] = (struct option){0};
+}
+
+// Returns the row of getopt's code, which of a short option is its letter.
+static uint32_t row_of(const struct vw_program *program, int code) {
+    uint32_t row = 0;
+    if (code >= FIRST_CODE) return (uint32_t)(code - FIRST_CODE);
+    while (vw_program_option(program, row)->letter != code) row++;
+    return row;
+}
+
+// Returns the command's option that a slip makes of `name`, or NULL.
+static const char *nearest_option(const struct vw_program *program, const struct vw_command *command,
+                                  const char *name) {
+    const char *nearest = NULL;
+    uint32_t least = UINT32_MAX;
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
+        const struct vw_option *option = vw_program_option(program, i);
+        if (vw_option_fits(option, command)) vw_take_nearer(name, option->name, &least, &nearest);
+    }
+    return nearest;
 }
 
 // Names what getopt refused: `word`, or the short option whose letter is in optopt.
@@ -112,6 +137,8 @@ static enum vw_status refuse(const struct vw_program *program, const struct vw_c
         return vw_fail(VW_ERROR_USAGE, "%s: --%s takes no value", command->name,
                        vw_program_option(program, (uint32_t)(optopt - FIRST_CODE))->name);
     char letter[3] = {'-', (char)optopt, 0};
+    const char *meant = optopt || strncmp(word, "--", 2) != 0 ? NULL : nearest_option(program, command, word + 2);
+    if (meant) return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%s\"; is --%s meant?", command->name, word, meant);
     return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%s\"; see %s %s --help", command->name, optopt ? letter : word,
                    program->name, command->name);
 }
@@ -219,17 +246,18 @@ enum vw_status vw_options_parse(const struct vw_program *program, const struct v
     options->program = program;
     options->config = vw_config_default;
     struct option list[OPTIONS_MAX + 1];
+    char letters[2 * OPTIONS_MAX + 2];
     enum vw_status status = check_texts(argc, argv);
     if (status) return status;
-    list_for_getopt(program, command, list);
+    list_for_getopt(program, command, list, letters);
     optind = 0; // getopt keeps its state between calls: reset it
     opterr = 0; // getopt prints nothing: messages come from refuse()
     int code;
-    while ((code = getopt_long(argc, argv, ":", list, NULL)) != -1) {
+    while ((code = getopt_long(argc, argv, letters, list, NULL)) != -1) {
         if (code == ':' || code == '?') return refuse(program, command, code == ':', argv[optind - 1]);
-        uint32_t row = (uint32_t)(code - FIRST_CODE);
+        uint32_t row = row_of(program, code);
         const struct vw_option *option = vw_program_option(program, row);
-        status = refuse_beginning(command, argv, option->name);
+        if (code >= FIRST_CODE) status = refuse_beginning(command, argv, option->name);
         if (status) return status;
         options->given[row / 64] |= UINT64_C(1) << row % 64;
         status = store(option, optarg, options);

@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "base/streams.h"
+#include "base/text.h"
 #include "cli/help.h"
 #include "cli/output/progress.h"
 #include "cli/params.h"
@@ -28,24 +29,41 @@ static enum vw_status run_command(const struct vw_program *program, const struct
     return status;
 }
 
-static enum vw_status find_and_run(const struct vw_program *program, int argc, char **argv) {
+static enum vw_status find_command(const struct vw_program *program, const char *name,
+                                   const struct vw_command **command) {
+    const char *nearest = NULL;
+    uint32_t least = UINT32_MAX;
     for (uint32_t i = 0; i < program->command_count; i++) {
-        if (strcmp(argv[1], program->commands[i].name) != 0) continue;
-        struct vw_options *options = vw_allocate(1, program->options_bytes);
-        enum vw_status status =
-            options ? run_command(program, &program->commands[i], argc - 1, argv + 1, options) : VW_ERROR_MEMORY;
-        free(options);
-        return status;
+        *command = &program->commands[i];
+        if (strcmp(name, (*command)->name) == 0) return VW_OK;
+        vw_take_nearer(name, (*command)->name, &least, &nearest);
     }
-    return vw_fail(VW_ERROR_USAGE, "unknown command \"%s\"; see %s --help", argv[1], program->name);
+    if (nearest) return vw_fail(VW_ERROR_USAGE, "unknown command \"%s\"; is %s meant?", name, nearest);
+    return vw_fail(VW_ERROR_USAGE, "unknown command \"%s\"; see %s --help", name, program->name);
+}
+
+static enum vw_status find_and_run(const struct vw_program *program, int argc, char **argv) {
+    const struct vw_command *command = NULL;
+    enum vw_status status = find_command(program, argv[1], &command);
+    if (status) return status;
+    struct vw_options *options = vw_allocate(1, program->options_bytes);
+    status = options ? run_command(program, command, argc - 1, argv + 1, options) : VW_ERROR_MEMORY;
+    free(options);
+    return status;
+}
+
+static enum vw_status help(const struct vw_program *program, const char *name) {
+    const struct vw_command *command = NULL;
+    enum vw_status status = name ? find_command(program, name, &command) : VW_OK;
+    if (command && !status) vw_help_print_command(program, command, false);
+    else if (!status) vw_help_print_program(program);
+    return status;
 }
 
 static enum vw_status run(const struct vw_program *program, int argc, char **argv) {
     if (argc < 2) return vw_fail(VW_ERROR_USAGE, "no command given; see %s --help", program->name);
-    if (strcmp(argv[1], "--help") == 0) {
-        vw_help_print_program(program);
-        return VW_OK;
-    }
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) return help(program, NULL);
+    if (strcmp(argv[1], "help") == 0) return help(program, argc > 2 ? argv[2] : NULL);
     if (strcmp(argv[1], "--version") == 0) {
         printf("%s %s\n", program->name, vw_version());
         return VW_OK;

@@ -1,3 +1,4 @@
+#include <dirent.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,6 +9,7 @@
 #include "base/text.h"
 #include "image/decoder.h"
 #include "image/image.h"
+#include "image/photo_formats.h"
 #include "scene/exposures/exposures.h"
 #include "scene/formats/formats.h"
 #include "scene/formats/photo_list.h"
@@ -51,6 +53,33 @@ static enum vw_status check_pool(const struct vw_scene_params *params, const cha
     return VW_OK;
 }
 
+static bool has_photos(const char *folder) {
+    DIR *listing = folder ? opendir(folder) : NULL;
+    bool found = false;
+    uint32_t format;
+    for (struct dirent *file; listing && !found && (file = readdir(listing));)
+        found = vw_photo_format_of_name(file->d_name, &format);
+    if (listing) closedir(listing);
+    return found;
+}
+
+// Refuses a path that no format fits. Photos without poses are what most people have at first.
+static enum vw_status refuse_path(const char *path) {
+    if (!vw_folder_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no such scene; check the path", path);
+    char *images = vw_path_join(path, "images");
+    bool bare = has_photos(path), inside = !bare && has_photos(images);
+    free(images);
+    if (!bare && !inside)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: no scene found; give a folder with transforms.json, with a TSV and dense/, or with "
+                       "sparse/, or a recipe",
+                       path);
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: no scene found, only photos without poses; find these first: colmap automatic_reconstructor "
+                   "--workspace_path W --image_path %s%s, or ns-process-data images",
+                   path, path, inside ? "/images" : "");
+}
+
 static enum vw_status find_format(const struct vw_scene_params *params, const struct vw_scene_format **format) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(formats); i++) {
         if (params->format ? strcmp(params->format, formats[i].name) != 0 : !formats[i].probe(params->path)) continue;
@@ -60,12 +89,19 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
     if (params->format)
         return vw_fail(VW_ERROR_USAGE, "--format %s: unknown format; use recipe, transforms, phototourism or colmap",
                        params->format);
-    if (!vw_folder_exists(params->path))
-        return vw_fail(VW_ERROR_INPUT, "%s: no such scene; check the path", params->path);
-    return vw_fail(
-        VW_ERROR_INPUT,
-        "%s: no scene found; give a folder with transforms.json, with a TSV and dense/, or with sparse/, or a recipe",
-        params->path);
+    return refuse_path(params->path);
+}
+
+// Notes which format was taken of those that fit, unless the user chose: their poses or photos may differ.
+static enum vw_status note_format(struct vw_scene *scene, const struct vw_scene_params *params,
+                                  const struct vw_scene_format *taken) {
+    const char *others[VW_ARRAY_COUNT(formats)] = {"", "", ""};
+    size_t count = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(formats) && !params->format; i++)
+        if (&formats[i] != taken && formats[i].probe(params->path)) others[count++] = formats[i].name;
+    if (!count) return VW_OK;
+    return vw_scene_note(scene, "read as %s; --format %s%s%s%s%s fits, too", taken->name, others[0],
+                         count > 1 ? " or " : "", others[1], count > 2 ? " or " : "", others[2]);
 }
 
 // Completes the opening, in the same way for all formats.
@@ -95,7 +131,8 @@ static enum vw_status load(struct vw_scene_builder *builder) {
     builder->scene->path = vw_copy_text(params->path);
     builder->scene->format = vw_copy_text(format->name);
     if (!builder->folder || !builder->scene->path || !builder->scene->format) return VW_ERROR_MEMORY;
-    return format->load(builder);
+    status = note_format(builder->scene, params, format);
+    return status ? status : format->load(builder);
 }
 
 static void close_builder(struct vw_scene_builder *builder) {

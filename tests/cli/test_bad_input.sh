@@ -91,7 +91,12 @@ printf '\x00\xff\xfe not JSON' >"$scene/transforms.json"
 refused "bytes that are no text" 'transforms.json:1:' "$scene"
 refused "no such scene" 'none: no such scene' "$folder/none"
 mkdir -p "$folder/empty"
-refused "an empty folder" 'empty: no scene found' "$folder/empty"
+refused "an empty folder" 'empty: no scene found; give' "$folder/empty"
+mkdir -p "$folder/bare" "$folder/taken/images"
+write_photo "$folder/bare/0.png"
+write_photo "$folder/taken/images/0.png"
+refused "photos without poses" 'bare: .*photos without poses; .*colmap .* --image_path [^ ]*/bare, or ns-process-data images' "$folder/bare"
+refused "photos without poses in images/" ' --image_path [^ ]*/taken/images, or' "$folder/taken"
 
 # ---- Photos ---------------------------------------------------------------------------------------------------------------
 

@@ -47,6 +47,18 @@ check "help shows ranges with gaps" helps '--width N [^-]*\(a multiple of 8, 16 
 check "help shows ranges outside the config" helps '--downscale N [^-]*\(1 to 64; default 1\)\.' info
 check "help shows what keeps the splits" helps '--splits FILE The splits.json of an earlier run' info
 check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l2\)\.' value --help-all
+for words in help -h; do
+    check "$words is --help" test "$("$program" $words)" = "$("$program" --help)"
+done
+check "help COMMAND is COMMAND --help" test "$("$program" help value)" = "$("$program" value --help)"
+check "so is COMMAND -h" test "$("$program" value -h)" = "$("$program" value --help)"
+check "help shows short options" helps '--out FOLDER, -o FOLDER ' value
+check "-o is --out" refuses 'no such scene' value "$folder/no/scene" -o "$folder/none" --device llvmpipe --quiet
+check "and needs a value" refuses '-o needs a value' value "$scene" -o
+check "a mistyped command gets a suggestion" refuses 'unknown command "vlaue"; is value meant\?$' vlaue
+check "also of help" refuses 'unknown command "inof"; is info meant\?$' help inof
+check "a mistyped option gets a suggestion" refuses 'unknown option "--epohcs"; is --epochs meant\?$' value "$scene" --epohcs 3
+check "two letters get none" refuses 'unknown option "--lr"; see' select "$folder" --lr 3
 check "no command is refused" refuses 'no command'
 check "an unknown command is refused" refuses 'unknown command "frobnicate"' frobnicate
 check "an unknown option is refused" refuses 'unknown option "--frobnicate"' devices --frobnicate

@@ -136,7 +136,8 @@ FOLDER_TEST(points_are_evidence) {
     assert_int_equal(scene->point_count, 2);
     assert_near(scene->points[1].position_world[2], -20, 1e-12);
     assert_int_equal(scene->tracks[scene->points[1].first_track + 2].view, 2);
-    assert_int_equal(scene->note_count, 0);
+    assert_int_equal(scene->note_count, 1);
+    assert_string_equal(scene->notes[0], "read as transforms; --format colmap fits, too");
 }
 
 FOLDER_TEST(points_of_other_cameras_are_no_evidence) {

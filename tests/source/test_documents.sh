@@ -17,7 +17,7 @@ has_all_options() { # has_all_options COMMAND: its page has a heading for every 
     local option page
     page=$(sed 's/\\-/-/g' "$folder/man/viewworth-$1.1")
     for option in $(options_of "$1"); do
-        grep -qE "^\.B $option( |\$)" <<<"$page" && continue
+        grep -qE "^\.B $option(,| |\$)" <<<"$page" && continue
         echo "$option is missing"
         return 1
     done
@@ -50,6 +50,7 @@ complete_line() { # complete_line WORD...: what completion offers for the last w
 offers() { grep -qx -- "$1" <<<"$(complete_line "${@:2}")" || ! complete_line "${@:2}"; } # offers WORD COMMAND_LINE...
 offers_not() { ! grep -qx -- "$1" <<<"$(complete_line "${@:2}")"; }
 check "completion offers commands" offers value viewworth va
+check "completion offers commands to help" offers value viewworth help va
 check "and none that begins otherwise" offers_not train viewworth va
 for command in $commands; do
     check "completion offers the options of $command" \

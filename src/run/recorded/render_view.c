@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "image/image.h"
@@ -31,9 +32,18 @@ static enum vw_status check_target(const char *to) {
     return vw_fail(VW_ERROR_USAGE, "--to %s: the name must end in .png or .exr", to);
 }
 
+static enum vw_status refuse_folds(const char *out) {
+    if (vw_file_exists_inside(out, "ledger.db") || !vw_file_exists_inside(out, "fold-1/ledger.db")) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE,
+                   "%s: holds the folds of value --kfold; render from one of them, for example %s/fold-1 "
+                   "(%s/fold-K/val.txt lists the photos that fold K validates)",
+                   out, out, out);
+}
+
 static enum vw_status open_rendering(const struct vw_render_params *params, struct rendering *rendering) {
     *rendering = (struct rendering){.params = params};
-    enum vw_status status = vw_recorded_open(params->out, &rendering->run);
+    enum vw_status status = refuse_folds(params->out);
+    if (!status) status = vw_recorded_open(params->out, &rendering->run);
     if (!status) status = vw_recorded_open_scene(&rendering->run, params->device);
     if (!status) status = vw_recorded_load_field(&rendering->run, &rendering->trainer);
     rendering->on_background = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "background");
@@ -55,6 +65,33 @@ static bool find_by_name(const struct vw_scene *scene, const char *name, uint32_
     return false;
 }
 
+// Tells whether a view has this name without its folder, its extension or both. (An entire name is found before.)
+static bool has_short_name(const char *name, const char *wanted) {
+    size_t length = strlen(name), wanted_length = strlen(wanted);
+    const char *slash = strrchr(name, '/'), *point = strrchr(slash ? slash : name, '.');
+    size_t ends[] = {length, point ? (size_t)(point - name) : length};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(ends); i++) {
+        if (!wanted_length || ends[i] < wanted_length) continue;
+        const char *begin = name + ends[i] - wanted_length;
+        if ((begin == name || begin[-1] == '/') && !strncmp(begin, wanted, wanted_length)) return true;
+    }
+    return false;
+}
+
+// Finds the only view with this short name. VW_ERROR_USAGE lists the first three if there are more; without one, `view`
+// stays.
+static enum vw_status find_by_short_name(const struct vw_scene *scene, const char *wanted, uint32_t *view) {
+    uint32_t places[3] = {0}, count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (has_short_name(scene->views[v].name, wanted) && count++ < VW_ARRAY_COUNT(places)) places[count - 1] = v;
+    if (count == 1) *view = places[0];
+    if (count < 2) return VW_OK;
+    bool third = count >= VW_ARRAY_COUNT(places);
+    return vw_fail(VW_ERROR_USAGE, "--view %s: is short for %u photos: %s, %s%s%s%s; write the name out", wanted, count,
+                   scene->views[places[0]].name, scene->views[places[1]].name, third ? ", " : "",
+                   third ? scene->views[places[2]].name : "", count > VW_ARRAY_COUNT(places) ? ", ..." : "");
+}
+
 static bool find_by_place(const struct vw_scene *scene, unsigned long long place, uint32_t *view) {
     for (*view = 0; *view < scene->view_count; ++*view)
         if (scene->views[*view].split == VW_SPLIT_VAL && place-- == 0) return true;
@@ -64,19 +101,36 @@ static bool find_by_place(const struct vw_scene *scene, unsigned long long place
 static enum vw_status choose_view(const struct rendering *rendering, uint32_t *view) {
     const struct vw_scene *scene = rendering->run.scene;
     const char *wanted = rendering->params->view ? rendering->params->view : "0";
+    uint32_t at_place = 0;
+    enum vw_status status = VW_OK;
     if (find_by_name(scene, wanted, view)) return VW_OK;
+    *view = UINT32_MAX;
     char *end = NULL;
     unsigned long long place = isdigit((unsigned char)wanted[0]) ? strtoull(wanted, &end, 10) : 0;
-    if (end && !*end && find_by_place(scene, place, view)) return VW_OK;
+    bool padded = wanted[0] == '0' && wanted[1]; // "0094" is a name before it is a place
+    bool is_place = end && !*end && find_by_place(scene, place, &at_place);
+    if (is_place && !padded) *view = at_place;
+    else status = find_by_short_name(scene, wanted, view);
+    if (!status && *view == UINT32_MAX && is_place) *view = at_place;
+    if (status || *view != UINT32_MAX) return status;
     return vw_fail(VW_ERROR_USAGE,
                    "--view %s: no photo of this name, nor a place among the %u validation photos (from 0)", wanted,
                    scene->split_count[VW_SPLIT_VAL]);
 }
 
-// Returns --to, or OUT/render_<view>.png with '_' for the slashes of the view's name; owned by the caller.
+// Returns --to, or OUT/render_<view>.png without the view's folder and extension, unless another view has that name
+// too: then with '_' for its slashes. Owned by the caller.
 static char *name_target(const struct rendering *rendering, uint32_t view) {
     if (rendering->params->to) return vw_copy_text(rendering->params->to);
-    char *name = vw_format_text("render_%s.png", rendering->run.scene->views[view].name);
+    const struct vw_scene *scene = rendering->run.scene;
+    const char *whole = scene->views[view].name, *slash = strrchr(whole, '/');
+    char *bare = vw_copy_text(slash ? slash + 1 : whole), *point = bare ? strrchr(bare, '.') : NULL;
+    if (point && point != bare) *point = 0;
+    bool taken = false;
+    for (uint32_t v = 0; bare && v < scene->view_count; v++)
+        taken |= v != view && (!strcmp(scene->views[v].name, bare) || has_short_name(scene->views[v].name, bare));
+    char *name = bare ? vw_format_text("render_%s.png", taken ? whole : bare) : NULL;
+    free(bare);
     for (char *next = name; next && *next; next++)
         if (*next == '/') *next = '_';
     char *path = name ? vw_path_join(rendering->params->out, name) : NULL;

@@ -9,7 +9,7 @@
 
 struct vw_render_params {
     const char *out;    // the folder of the run
-    const char *view;   // its name, or its place among the validation views; NULL: the first of these
+    const char *view;   // its name, also without folder or extension, or its place among the validation views; NULL: 0
     const char *to;     // .png or .exr; NULL: OUT/render_<view>.png
     const char *device; // NULL: the preferred one
 };
