@@ -27,7 +27,7 @@ static const json_t *exposures_of(const json_t *effects) {
     return NULL;
 }
 
-// Tells whether mid-grey of a photo is far brighter or darker than the median photo's (six numbers: gains, biases).
+// Returns whether mid-grey of a photo is far brighter or darker than the median photo's (six numbers: gains, biases).
 static bool stands_out(const json_t *exposures, const char *name) {
     const json_t *numbers = json_object_get(exposures, name);
     double brightness = 1;
@@ -64,8 +64,6 @@ struct evidence {
 
 static const char *find_reason(const struct evidence *evidence, const struct vw_ledger_image *image,
                                const char *otherwise) {
-    const char *truth = image->ground_truth; // says how a photo was corrupted on purpose
-    if (truth && strcmp(truth, "clean") != 0) return strcmp(truth, "wrong_pose") == 0 ? "pose" : truth;
     if (stands_out(evidence->exposures, image->name)) return "exposure";
     return is_duplicate(evidence->duplicates, image->name) ? "duplicate" : otherwise;
 }
@@ -98,7 +96,7 @@ static bool has_zero(const char *method) {
     return i < count && methods[i].has_zero;
 }
 
-// Tells whether the basis may tell photos apart at all: worth that retrainings confirm, lasting credit that the gate
+// Returns whether the basis may tell photos apart at all: worth that retrainings confirm, lasting credit that the gate
 // does not refute, or credit.
 static bool is_trusted(const struct vw_report_run *run, const struct vw_advice *advice) {
     if (vw_html_judge(run) == VW_VERDICT_TOO_COARSE) return false;
@@ -116,7 +114,7 @@ static void judge(const struct evidence *evidence, const struct vw_ledger_image 
     else if (trusted && (marks & VW_ADVICE_REMOVABLE))
         told->advice = "leave out", told->reason = find_reason(evidence, image, "adds little");
     else if (trusted && (marks & VW_ADVICE_IRREPLACEABLE)) told->advice = "keep", told->reason = "among the best";
-    else if (trusted && helps) told->advice = "keep", told->reason = "above 0";
+    else if (trusted && helps) told->advice = "keep", told->reason = "helps";
     else told->advice = "cannot tell", told->reason = find_reason(evidence, image, "within noise");
 }
 
