@@ -8,8 +8,8 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "ledger/find_image.h"
-#include "report/advice.h"
 #include "report/html_trust.h"
+#include "report/told.h"
 #include "value/repair.h"
 #include "value/series.h"
 
@@ -305,34 +305,36 @@ static int put_marked(const struct vw_advice *advice, uint32_t image_count, enum
     return failed;
 }
 
-static enum vw_status summarise_worth(const struct vw_report_run *run, struct vw_worth_summary *worth) {
-    const struct vw_worth_input input = {.retrainings = run->retrainings,
-                                         .retraining_count = run->retraining_count,
-                                         .images = run->images,
-                                         .image_count = run->image_count,
-                                         .scores = run->scores,
-                                         .score_count = run->score_count};
-    *worth = (struct vw_worth_summary){0};
-    return run->retraining_count ? vw_worth_summarise(&input, worth) : VW_OK;
+static int put_told(const struct vw_told *told, uint32_t image_count, json_t *object) {
+    json_t *columns = put_child(object, "told", json_object());
+    int failed = !columns;
+    for (uint32_t i = 0; i < image_count && !failed; i++)
+        failed = add(columns, "advice", vw_json_string(told[i].advice)) |
+                 add(columns, "reason", vw_json_string(told[i].reason));
+    return failed;
 }
 
-static enum vw_status put_advice(const struct vw_report_run *run, json_t *object) {
+static int put_marks(const struct vw_advice *advice, uint32_t image_count, json_t *object) {
+    return put_text(object, "basis", advice->basis) || put(object, "by_order", json_boolean(advice->by_order)) ||
+           put(object, "tested", json_boolean(advice->tested)) ||
+           put_marked(advice, image_count, VW_ADVICE_REMOVABLE, "removable", object) ||
+           put_marked(advice, image_count, VW_ADVICE_IRREPLACEABLE, "irreplaceable", object) ||
+           put_marked(advice, image_count, VW_ADVICE_LOOK, "look", object) ||
+           put_marked(advice, image_count, VW_ADVICE_LONE, "lone", object);
+}
+
+static enum vw_status put_advice(const struct vw_report_page *page, const struct vw_report_run *run, json_t *object) {
     struct vw_worth_summary worth;
-    struct vw_advice advice;
-    enum vw_status status = summarise_worth(run, &worth);
-    if (status) return status;
-    status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count, &worth, vw_html_judge(run),
-                            &advice);
+    struct vw_advice advice = {0};
+    struct vw_told *told = NULL;
+    enum vw_status status = vw_told_advise(run, &worth, &advice);
+    if (!status) status = vw_told_make(page, run, &advice, &told);
     json_t *marks = status ? NULL : put_child(object, "advice", json_object());
-    if (!status &&
-        (!marks || put_text(marks, "basis", advice.basis) || put(marks, "by_order", json_boolean(advice.by_order)) ||
-         put(marks, "tested", json_boolean(advice.tested)) || put(object, "accuracy", vw_html_accuracy(&worth)) ||
-         put_marked(&advice, run->image_count, VW_ADVICE_REMOVABLE, "removable", marks) ||
-         put_marked(&advice, run->image_count, VW_ADVICE_IRREPLACEABLE, "irreplaceable", marks) ||
-         put_marked(&advice, run->image_count, VW_ADVICE_LOOK, "look", marks) ||
-         put_marked(&advice, run->image_count, VW_ADVICE_LONE, "lone", marks)))
+    if (!status && (!marks || put_marks(&advice, run->image_count, marks) || put_told(told, run->image_count, marks) ||
+                    put(object, "accuracy", vw_html_accuracy(&worth))))
         status = out_of_memory();
     vw_advice_free(&advice);
+    free(told);
     return status;
 }
 
@@ -423,7 +425,7 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
     if (!status) status = put_repair(run, object);
     if (!status) status = put_credit(run, object);
-    if (!status) status = put_advice(run, object);
+    if (!status) status = put_advice(page, run, object);
     if (!status)
         status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
     if (!status)

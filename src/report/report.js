@@ -217,11 +217,13 @@ function qualitiesOf({scores: {quality}}) {
   return values;
 }
 
+const TIERS = {keep: 'helps', 'look at': 'look at', 'leave out': 'can be left out', 'cannot tell': 'cannot be told apart'};
+function tierOf(image) { return TIERS[run().advice.told.advice[image]] || '–'; }
+
 function rankingColumns(rows) {
   const decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows), unit = unitOf(run());
   const others = siblings().filter(one => one !== run() && scoresOf(one)).slice(0, 4);
   const qualities = chosen.method === 'quality' ? new Map() : qualitiesOf(run());
-  const overlaps = others.length ? new Map() : overlapsOf(rows);
   const bar = row => intervalBar(row, scale, signed(row.value, decimals) + ' ' + unit + ', 95 % from ' + interval(row));
   const interval = row => known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–';
   const columns = [
@@ -241,9 +243,8 @@ function rankingColumns(rows) {
     ...(qualities.size ? [{title: 'Quality', key: row => qualities.get(row.image) ?? NaN, descending: true, number: true,
       hint: 'how well the photo fits: a mean of ranks, 1 fits best; not what it is worth',
       cell: row => fixed(qualities.get(row.image), 2), class: others.length ? 'wide screen' : 'wide'}] : []),
-    ...(overlaps.size ? [{title: 'Overlaps', key: row => overlaps.get(row.image) ?? NaN, number: true, class: 'wide screen',
-      hint: 'photos whose intervals overlap with this one’s: they are indistinguishable',
-      cell: row => overlaps.get(row.image) ?? '–'}] : []),
+    {title: 'Tier', key: row => tierOf(row.image), class: 'wide screen', hint: 'as the advice above has it',
+      cell: row => tierOf(row.image)},
     {title: 'Visits', key: row => row.visits, number: true, hint: 'steps that count into the score', class: 'wide screen',
       cell: row => row.visits ?? '–'},
   ];
@@ -490,6 +491,7 @@ function fillAgreement() {
 function fillScored() {
   fillControls();
   fillVerdict();
+  fillPair();
   fillTiles();
   fillRanking();
   fillMap();

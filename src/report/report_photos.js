@@ -208,13 +208,12 @@ function photoScores(one, image) {
     const rows = photoRows(one, name), row = rows.find(other => other.image === image);
     const decimals = decimalsFor(rows.map(other => other.value));
     if (!row || !known(row.value)) return null;
-    const alike = overlapsOf(rows).get(image);
     return [wordFor(name), signed(row.value, decimals) + ' ' + shortUnit(of),
       known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–', String(row.rank),
-      row.rankLow ? row.rankLow + '–' + row.rankHigh : '–', alike === undefined ? '–' : String(alike)];
+      row.rankLow ? row.rankLow + '–' + row.rankHigh : '–'];
   }).filter(Boolean);
   if (!lines.length) return element('p', {class: 'quiet'}, 'Photos that are not trained on have no score.');
-  return plainTable(['score', 'value', '95 % interval', 'rank', 'rank interval', 'overlaps'], lines, [1, 2, 3, 4, 5]);
+  return plainTable(['score', 'value', '95 % interval', 'rank', 'rank interval'], lines, [1, 2, 3, 4]);
 }
 
 // Tells how the photo's steps changed each validation photo; for a validation photo, which photos changed it.
@@ -231,6 +230,38 @@ function photoMoved(one, image) {
 }
 
 function pictureUri(format, base64) { return 'data:image/' + format + ';base64,' + base64; }
+
+// Shows the photo of a stored picture, and its render beside it, without the error.
+function pairOf(one, photo) {
+  const half = (text, kind) => {
+    const image = element('img', {src: pictureUri('webp', photo.picture), alt: text + ' of ' + one.images.name[photo.image]});
+    const figure = element('figure', {}, element('div', {class: 'pane ' + kind}, image), element('figcaption', {}, text));
+    image.addEventListener('load', () => figure.style.setProperty('--ratio', image.naturalWidth / 3 / image.naturalHeight));
+    return figure;
+  };
+  return [half('photo', 'first'), half('render', 'second')];
+}
+
+// Shows the validation photo in the middle by PSNR, which stands for the reconstruction.
+function fillPair() {
+  const one = run(), photos = (one.residuals ? one.residuals.photos : [])
+    .filter(photo => one.images.split[photo.image] === 'val' && known(photo.psnr)).sort((a, b) => a.psnr - b.psnr);
+  byId('pair').hidden = !photos.length;
+  if (photos.length) byId('pair').replaceChildren(...pairOf(one, photos[Math.floor(photos.length / 2)]));
+}
+
+const NEAREST = 6;
+
+// Shows the photos whose cameras are nearest.
+function nearestPhotos(one, image) {
+  const {map} = one, at = i => triple(map.positions, i), own = map ? at(image) : [];
+  if (!own.length || !own.every(known)) return null;
+  const away = other => { const step = at(other).map((part, c) => part - own[c]); return dot(step, step); };
+  const near = one.images.name.map((_, i) => i).filter(i => i !== image && one.images.split[i] !== 'excluded' && at(i).every(known))
+    .map(i => [away(i), i]).sort((a, b) => a[0] - b[0]).slice(0, NEAREST);
+  return element('div', {}, element('h3', {}, 'Nearest photos'),
+    element('div', {class: 'nearest'}, ...near.map(([, other]) => photoCell(one, other, [one.images.split[other]]))));
+}
 
 function residualFigure(one, photo) {
   const name = one.images.name[photo.image], told = name + (known(photo.psnr) ? ': ' + fixed(photo.psnr, 2) + ' dB' : '');
@@ -278,7 +309,7 @@ function drawPhoto() {
   byId('choose-photo').value = String(image);
   byId('photo-facts').replaceChildren(element('div', {class: 'portrait'}, thumbnailOf(one, image)), photoFacts(one, image));
   byId('photo-scores').replaceChildren(photoScores(one, image));
-  byId('photo-more').replaceChildren(...[photoResidual(one, image), photoMoved(one, image)].filter(Boolean));
+  byId('photo-more').replaceChildren(...[photoResidual(one, image), photoMoved(one, image), nearestPhotos(one, image)].filter(Boolean));
   drawCredit(one, image);
 }
 

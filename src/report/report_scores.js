@@ -35,7 +35,6 @@ function toldOverlaps(overlaps) {
 
 const ADVICE = ['removable', 'irreplaceable', 'look', 'lone'];
 const OF_CREDIT = {look: 'needs a look', lone: 'lone view'};
-const ADVICE_NAMES = 5;
 
 // Says whether the retrainings of a run with a gate confirm what lasting credit predicts.
 function passesGate({gate}) { return known(gate.correlation) && gate.correlation >= gate.least; }
@@ -92,24 +91,41 @@ function whyAdvised(one) {
     '. Without one of the removable photos, a training loses less than another seed changes: take out one photo at a time.' + looks;
 }
 
-function namesOf(one, list) {
-  const first = list.slice(0, ADVICE_NAMES).flatMap((image, i) => [i ? ', ' : '', nameButton(one, image)]);
-  return [...first, list.length > ADVICE_NAMES ? ' and ' + grouped(list.length - ADVICE_NAMES) + ' more' : ''];
+const TOLD = [['keep', 'Keep'], ['look at', 'Look at'], ['leave out', 'Can be left out'], ['cannot tell', 'Cannot tell']];
+const ROW_PHOTOS = 12;
+
+// Lists the photos that are told the same, the most telling first: the best to keep, elsewhere the worst.
+function toldPhotos(one, word) {
+  const rows = photoRows(one, mainMethod(one)).filter(row => one.advice.told.advice[row.image] === word);
+  return word === 'keep' ? rows : rows.reverse();
+}
+
+function tellingPhoto(one, row) {
+  const name = one.images.name[row.image];
+  const reason = one.advice.told.reason[row.image];
+  const button = element('button', {type: 'button', class: 'telling', title: name, 'aria-label': name + ': ' + reason},
+    thumbnailOf(one, row.image) || element('span', {class: 'bare'}, name), element('span', {}, reason));
+  button.addEventListener('click', () => choosePhoto(one, row.image));
+  return button;
+}
+
+// Draws a row of photos for each word of advice; that of photos to leave out only where there are some.
+function fillAdvised(one) {
+  byId('advised').replaceChildren(...TOLD.map(([word, title]) => [word, title, toldPhotos(one, word)])
+    .filter(([word, , rows]) => rows.length || word !== 'leave out')
+    .map(([word, title, rows]) => element('div', {class: 'advised', 'data-word': word},
+      element('h2', {}, title, element('span', {class: 'quiet'}, ' ' + grouped(rows.length))),
+      element('div', {class: 'strip'}, ...rows.slice(0, ROW_PHOTOS).map(row => tellingPhoto(one, row)),
+        rows.length ? null : element('p', {class: 'quiet'}, 'none'),
+        rows.length > ROW_PHOTOS ? element('p', {class: 'quiet'}, grouped(rows.length - ROW_PHOTOS) + ' more in the ranking') : null))));
 }
 
 function fillAdvice() {
-  const one = run(), {advice, scores} = one, shown = Object.keys(scores).length > 0;
-  byId('advice').hidden = !shown;
+  const one = run(), shown = Object.keys(one.scores).length > 0;
+  byId('advice').hidden = byId('advised').hidden = !shown;
   if (!shown) return;
-  const ranks = new Map(photoRows(one, mainMethod(one)).map(row => [row.image, row.rank]));
-  const ordered = (key, sign) => [...advice[key]].sort((a, b) => sign * (ranks.get(a) - ranks.get(b)));
-  const part = (title, list) => [element('b', {}, title + ': '), ...(list.length ? namesOf(one, list) : ['none']), '. '];
-  const says = advice.basis && !isRefuted(one) && !isUnshown(one) && !isTooCoarse(one);
-  byId('advice').replaceChildren(
-    ...(says ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
-      ...part(advice.by_order ? 'Probably irreplaceable' : 'Irreplaceable', ordered('irreplaceable', 1))] : []),
-    ...part('Needs a look', ordered('look', -1)),
-    ...(advice.lone.length ? part('Lone view, to be kept', ordered('lone', -1)) : []), element('span', {class: 'quiet'}, whyAdvised(one)));
+  fillAdvised(one);
+  byId('advice').replaceChildren(element('span', {class: 'quiet'}, whyAdvised(one).trim()));
 }
 
 // ---- Credit beside lasting credit beside worth --------------------------------------------------------------------------

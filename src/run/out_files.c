@@ -4,6 +4,7 @@
 
 const struct vw_out_file vw_out_files[] = {
     // Results of a run, in the order of SHA256SUMS.
+    {VW_ADVICE_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {"duplicates.csv", VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {VW_SPLATS_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {VW_FIELD_FILE, VW_OUT_FIELD, true, VW_OUT_BY_STEPS},

@@ -9,6 +9,7 @@
 #define VW_LEDGER_FILE "ledger.db"
 #define VW_FIELD_FILE "field.vwf"
 #define VW_SPLATS_FILE "field.ply"
+#define VW_ADVICE_FILE "advice.csv"
 #define VW_REPORT_FILE "report.html"
 #define VW_RETRAININGS_FILE "retrainings.db"
 #define VW_LASTING_PASS_FILE "lasting.vws" // where a stopped backward pass is: train/adjoint/lasting.h

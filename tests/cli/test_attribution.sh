@@ -124,7 +124,7 @@ check "what cannot be removed stops a run before it is extended" fails_to_remove
 rmdir "$out/duplicates.csv"
 echo old >"$out/duplicates.csv"
 check "the run is extended" prints '' "${resume[@]}" --epochs 5 --quiet
-check "new steps make the old tables void" test "$(cd "$out" && echo *.csv)" = 'matrix.csv scores.csv'
+check "new steps make the old tables void" test "$(cd "$out" && echo *.csv)" = 'advice.csv matrix.csv scores.csv'
 check "and the matrix is new" test "$(table matrix.csv "ATTACH '$out/ledger.db' AS run;
     SELECT count(*), max(abs(t.mean - s.value)) < 1e-9 FROM t JOIN run.image AS i USING (name)
     JOIN run.score AS s ON s.image_id = i.image_id AND s.method = t.measure WHERE t.measure = 'dv_psnr'")" = '12|1'

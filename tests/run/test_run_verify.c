@@ -62,10 +62,10 @@ static void copy_file(const char *from_folder, const char *to_folder, const char
     ASSERT_OK(vw_file_write(temporary_path(to_folder, name), data, size_bytes));
 }
 
-static const char *const result_names[] = {"ledger.db",  "scores.csv",        "matrix.csv",     "providers.csv",
-                                           "payout.csv", "report.html",       "field.vwf",      "duplicates.csv",
-                                           "map.json",   "payout_photos.csv", "residuals.json", "reconstruction.json",
-                                           "splits.json"};
+static const char *const result_names[] = {"ledger.db",   "scores.csv",        "matrix.csv",     "providers.csv",
+                                           "payout.csv",  "report.html",       "field.vwf",      "duplicates.csv",
+                                           "map.json",    "payout_photos.csv", "residuals.json", "reconstruction.json",
+                                           "splits.json", "advice.csv"};
 
 // Returns a fresh copy of the run.
 static struct fixture *renew(void **state) {
@@ -120,19 +120,13 @@ static const char *result_of(const struct vw_verification *verification, const c
 TEST(the_table_says_what_was_checked) {
     static const struct {
         const char *name, *unlisted, *listed;
-    } rows[] = {{"score rows", "intact", "intact"},
-                {"order of methods", "intact", "intact"},
-                {"identity", "intact", "intact"},
-                {"scene, shaders, device", "claimed", "claimed"},
-                {"scores.csv", "intact", "intact"},
-                {"matrix.csv", "intact", "intact"},
-                {"providers.csv", "intact", "intact"},
-                {"payout.csv", "intact", "intact"},
-                {"payout_photos.csv", "intact", "intact"},
-                {"duplicates.csv", "not checked", "intact"},
-                {"report.html", "not checked", "intact"},
-                {"field.vwf", "intact", "intact"},
-                {"chain as a whole", "not checked", "not checked"},
+    } rows[] = {{"score rows", "intact", "intact"},        {"order of methods", "intact", "intact"},
+                {"identity", "intact", "intact"},          {"scene, shaders, device", "claimed", "claimed"},
+                {"scores.csv", "intact", "intact"},        {"matrix.csv", "intact", "intact"},
+                {"providers.csv", "intact", "intact"},     {"payout.csv", "intact", "intact"},
+                {"payout_photos.csv", "intact", "intact"}, {"duplicates.csv", "not checked", "intact"},
+                {"advice.csv", "not checked", "intact"},   {"report.html", "not checked", "intact"},
+                {"field.vwf", "intact", "intact"},         {"chain as a whole", "not checked", "not checked"},
                 {VW_CHECKSUMS_FILE, "absent", "intact"}};
     const struct fixture *fixture = renew(state);
     for (int listed = 1; listed >= 0; listed--) {
@@ -543,7 +537,7 @@ TEST(the_list_is_of_the_bytes_in_hand) {
     AUTO_FREE void *list = temporary_read(in_copy(fixture, VW_CHECKSUMS_FILE), NULL);
     assert_non_null(strstr(list, vw_checksums_find(&made, "scores.csv")->sha256));
     assert_null(strstr(list, "matrix.csv")); // was not made
-    assert_refused(vw_checksums_check(fixture->out, ledger, NULL, &read, &found), "a file on disk", "duplicates.csv");
+    assert_refused(vw_checksums_check(fixture->out, ledger, NULL, &read, &found), "a file on disk", "advice.csv");
     for (size_t i = 0; i < VW_ARRAY_COUNT(result_names); i++)
         if (strcmp(result_names[i], "scores.csv") != 0) unlink(in_copy(fixture, result_names[i]));
     read = made;

@@ -20,7 +20,8 @@ copy() { rm -rf "${folder:?}/copy" && cp -r "$folder/run" "$folder/copy"; }
 check "value" run value run
 check "leaves a list that sha256sum takes, with the chain head" listed run
 check "of all results, sorted" test "$(names run)" = \
-    "duplicates.csv field.vwf ledger.db map.json matrix.csv reconstruction.json report.html residuals.json scores.csv splits.json "
+    "advice.csv duplicates.csv field.vwf ledger.db map.json matrix.csv reconstruction.json report.html ""residuals.json scores.csv \
+splits.json "
 check "a finished run is listed again, with the same files" eval 'cp "$folder/run/SHA256SUMS" "$folder/list"
     run value run --resume && listed run && cmp "$folder/run/SHA256SUMS" "$folder/list"'
 check "train lists" eval 'run "$program" train "$scene" --out "$folder/trained" "${small[@]}" --epochs 2 --quiet && listed trained'

@@ -68,8 +68,9 @@ enum vw_status vw_checksums_note(struct vw_checksums *checksums, const char *nam
 
 void vw_checksums_note_rest_absent(struct vw_checksums *checksums) {
     for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++)
-        checksums->files[i].known |=
-            strcmp(result_names()[i], VW_LEDGER_FILE) != 0 && strcmp(result_names()[i], VW_REPORT_FILE) != 0;
+        checksums->files[i].known |= strcmp(result_names()[i], VW_LEDGER_FILE) != 0 &&
+                                     strcmp(result_names()[i], VW_REPORT_FILE) != 0 &&
+                                     strcmp(result_names()[i], VW_ADVICE_FILE) != 0;
 }
 
 enum vw_status vw_checksum_make(const char *out, const char *name, struct vw_checksum *checksum) {

@@ -16,7 +16,7 @@
 
 // The results of table vw_out_files (run/out_files.h). Checkpoints, the state of a stopped lasting pass,
 // retrainings.db, renders and files of the user are not results of the run: they are never listed.
-enum { VW_RESULT_FILE_COUNT = 14 };
+enum { VW_RESULT_FILE_COUNT = 15 };
 
 struct vw_checksum {
     bool known, present; // known and not present: there is no such file

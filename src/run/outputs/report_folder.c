@@ -10,6 +10,7 @@
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "report/told.h"
 #include "run/imported/imported_run.h"
 #include "run/out_lock.h"
 #include "run/outputs/checksums.h"
@@ -251,23 +252,34 @@ static char *methods_to_json(void) {
     return text;
 }
 
+// Writes advice.csv where the command has just made the scores: it says what the head of the page says.
+static enum vw_status write_advice(struct gathering *gathering, const struct vw_report_page *page) {
+    for (uint32_t i = 0; gathering->verified && i < page->run_count; i++) {
+        const struct vw_report_run *run = &page->runs[i];
+        if (strcmp(run->label, gathering->out) != 0 || !run->score_count) continue;
+        struct vw_csv_text table = {0};
+        enum vw_status status = vw_report_make_advice_csv(VW_ADVICE_FILE, page, run, &table);
+        return vw_result_write_table(status, gathering->out, VW_ADVICE_FILE, &table, gathering->in_hand);
+    }
+    return VW_OK;
+}
+
 static enum vw_status write_page(struct gathering *gathering, const char *to, char sha256[VW_HASH_HEX_BYTES]) {
     struct vw_report_run *runs = vw_allocate(gathering->run_count, sizeof *runs);
     char *methods_json = runs ? methods_to_json() : NULL;
     enum vw_status status = methods_json ? VW_OK : VW_ERROR_MEMORY;
     for (size_t i = 0; runs && i < gathering->run_count; i++) runs[i] = run_of_page(&gathering->runs[i]);
     if (!status) status = lend_to_comparisons(gathering, runs);
-    if (!status)
-        status = vw_report_write_html(to,
-                                      &(struct vw_report_page){.version = vw_version(),
-                                                               .default_method = vw_value_default_method,
-                                                               .methods_json = methods_json,
-                                                               .runs = runs,
-                                                               .run_count = (uint32_t)gathering->run_count,
-                                                               .documents = gathering->files.documents,
-                                                               .document_count = (uint32_t)gathering->files.count,
-                                                               .extra = gathering->params->extra},
-                                      sha256);
+    const struct vw_report_page page = {.version = vw_version(),
+                                        .default_method = vw_value_default_method,
+                                        .methods_json = methods_json,
+                                        .runs = runs,
+                                        .run_count = (uint32_t)gathering->run_count,
+                                        .documents = gathering->files.documents,
+                                        .document_count = (uint32_t)gathering->files.count,
+                                        .extra = gathering->params->extra};
+    if (!status) status = write_advice(gathering, &page);
+    if (!status) status = vw_report_write_html(to, &page, sha256);
     free(methods_json);
     free(runs);
     return status;

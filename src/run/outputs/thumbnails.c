@@ -10,7 +10,7 @@
 #include "image/image.h"
 #include "run/devices.h"
 
-enum { THUMBNAIL_HEIGHT_PX = 96 }; // twice what the page shows, for screens of fine pixels
+enum { THUMBNAIL_HEIGHT_PX = 96, LARGE_HEIGHT_PX = 240, LARGE_AT_MOST = 200 }; // larger where a page can hold them
 
 static enum vw_status make_one(const struct vw_scene *scene, uint32_t view, struct vw_thumbnails *made) {
     const struct vw_image *image = &scene->views[view].image;
@@ -18,7 +18,8 @@ static enum vw_status make_one(const struct vw_scene *scene, uint32_t view, stru
     made->names[view] = vw_copy_text(scene->views[view].name);
     if (!made->names[view]) return VW_ERROR_MEMORY;
     if (scene->views[view].split == VW_SPLIT_EXCLUDED || !image->pixels) return VW_OK;
-    return vw_image_make_thumbnail(image, THUMBNAIL_HEIGHT_PX, scene->background, &picture->data, &picture->size_bytes);
+    return vw_image_make_thumbnail(image, scene->view_count > LARGE_AT_MOST ? THUMBNAIL_HEIGHT_PX : LARGE_HEIGHT_PX,
+                                   scene->background, &picture->data, &picture->size_bytes);
 }
 
 double vw_thumbnails_estimate_s(const struct vw_scene *scene) {

@@ -209,8 +209,8 @@ static void list_covered(const struct vw_verify_params *params, const char *name
 static void list_files(const struct checks *checks, const struct vw_verify_params *params,
                        struct vw_verification *made) {
     list_tables(checks, params, made);
-    static const char *const names[] = {"duplicates.csv", VW_SPLATS_FILE, "map.json",    VW_RECONSTRUCTION_FILE,
-                                        "residuals.json", VW_SPLITS_FILE, VW_REPORT_FILE};
+    static const char *const names[] = {VW_ADVICE_FILE,         "duplicates.csv", VW_SPLATS_FILE, "map.json",
+                                        VW_RECONSTRUCTION_FILE, "residuals.json", VW_SPLITS_FILE, VW_REPORT_FILE};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) list_covered(params, names[i], made);
     if (checks->field == FIELD_INTACT) add(made, VW_FIELD_FILE, "intact", "its SHA-256, in the hash chain");
     else list_covered(params, VW_FIELD_FILE, made);

@@ -1,0 +1,177 @@
+#include "report/told.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/json.h"
+#include "base/memory.h"
+#include "ledger/find_image.h"
+#include "report/html_trust.h"
+#include "value/lasting_scores.h"
+#include "viewworth/value.h"
+
+#define BRIGHT 1.5 // times as bright as the median photo, or as dark: an exposure that stands out
+
+// ---- Reasons -------------------------------------------------------------------------------------------------------
+
+// Returns the exposures of the run's appearance, by name; NULL: none. Borrowed from `effects`.
+static const json_t *exposures_of(const json_t *effects) {
+    for (size_t i = 0; i < json_array_size(effects); i++) {
+        const json_t *effect = json_array_get(effects, i);
+        const char *name = json_string_value(json_object_get(effect, "name"));
+        if (name && strcmp(name, "appearance") == 0 && json_is_true(json_object_get(effect, "on")))
+            return json_object_get(effect, "exposures");
+    }
+    return NULL;
+}
+
+// Returns whether mid-grey of a photo is far brighter or darker than the median photo's (six numbers: gains, biases).
+static bool stands_out(const json_t *exposures, const char *name) {
+    const json_t *numbers = json_object_get(exposures, name);
+    double brightness = 1;
+    for (size_t i = 0; i < 6; i++) brightness += (i < 3 ? 1 : 2) * json_number_value(json_array_get(numbers, i)) / 3;
+    return json_array_size(numbers) == 6 && (brightness > BRIGHT || brightness < 1 / BRIGHT);
+}
+
+// Parses the table of near-duplicates that lies beside the run; NULL: none. Owned by the caller.
+static json_t *read_duplicates(const struct vw_report_page *page, const struct vw_report_run *run) {
+    for (uint32_t i = 0; i < page->document_count; i++) {
+        const struct vw_report_document *document = &page->documents[i];
+        if (strcmp(document->file, "duplicates.csv") == 0 && strcmp(document->label, run->label) == 0)
+            return vw_json_load(document->json, strlen(document->json), 0, NULL);
+    }
+    return NULL;
+}
+
+static bool is_duplicate(const json_t *table, const char *name) {
+    const json_t *rows = json_object_get(table, "rows"), *header = json_object_get(table, "header");
+    size_t column = 0;
+    while (column < json_array_size(header) && strcmp(json_string_value(json_array_get(header, column)), "name") != 0)
+        column++;
+    for (size_t i = 0; i < json_array_size(rows); i++) {
+        const char *other = json_string_value(json_array_get(json_array_get(rows, i), column));
+        if (other && strcmp(other, name) == 0) return true;
+    }
+    return false;
+}
+
+struct evidence {
+    json_t *effects, *duplicates; // owned
+    const json_t *exposures;
+};
+
+static const char *find_reason(const struct evidence *evidence, const struct vw_ledger_image *image,
+                               const char *otherwise) {
+    if (stands_out(evidence->exposures, image->name)) return "exposure";
+    return is_duplicate(evidence->duplicates, image->name) ? "duplicate" : otherwise;
+}
+
+// ---- Advice --------------------------------------------------------------------------------------------------------
+
+static enum vw_status summarise_worth(const struct vw_report_run *run, struct vw_worth_summary *worth) {
+    const struct vw_worth_input input = {.retrainings = run->retrainings,
+                                         .retraining_count = run->retraining_count,
+                                         .images = run->images,
+                                         .image_count = run->image_count,
+                                         .scores = run->scores,
+                                         .score_count = run->score_count};
+    *worth = (struct vw_worth_summary){0};
+    return run->retraining_count ? vw_worth_summarise(&input, worth) : VW_OK;
+}
+
+enum vw_status vw_told_advise(const struct vw_report_run *run, struct vw_worth_summary *worth,
+                              struct vw_advice *advice) {
+    enum vw_status status = summarise_worth(run, worth);
+    if (status) return status;
+    return vw_advice_make(run->scores, run->score_count, run->images, run->image_count, worth, vw_html_judge(run),
+                          advice);
+}
+
+static bool has_zero(const char *method) {
+    uint32_t count, i = 0;
+    const struct vw_value_method *methods = vw_value_methods(&count);
+    while (i < count && strcmp(methods[i].name, method) != 0) i++;
+    return i < count && methods[i].has_zero;
+}
+
+// Returns whether the basis may tell photos apart at all: worth that retrainings confirm, lasting credit that the gate
+// does not refute, or credit.
+static bool is_trusted(const struct vw_report_run *run, const struct vw_advice *advice) {
+    if (vw_html_judge(run) == VW_VERDICT_TOO_COARSE) return false;
+    if (!advice->basis) return true;
+    if (!advice->by_order) return advice->tested;
+    return !run->lasting.check_count || vw_lasting_gate(&run->lasting, false) >= vw_lasting_gate_least;
+}
+
+static void judge(const struct evidence *evidence, const struct vw_ledger_image *image, uint8_t marks, bool trusted,
+                  struct vw_told *told) {
+    bool helps = told->score && has_zero(told->score->method) && told->score->ci_low > 0;
+    if (marks & VW_ADVICE_LOOK)
+        told->advice = "look at", told->reason = find_reason(evidence, image, "no reason found");
+    else if (marks & VW_ADVICE_LONE) told->advice = "keep", told->reason = "lone view";
+    else if (trusted && (marks & VW_ADVICE_REMOVABLE))
+        told->advice = "leave out", told->reason = find_reason(evidence, image, "adds little");
+    else if (trusted && (marks & VW_ADVICE_IRREPLACEABLE)) told->advice = "keep", told->reason = "among the best";
+    else if (trusted && helps) told->advice = "keep", told->reason = "helps";
+    else told->advice = "cannot tell", told->reason = find_reason(evidence, image, "within noise");
+}
+
+enum vw_status vw_told_make(const struct vw_report_page *page, const struct vw_report_run *run,
+                            const struct vw_advice *advice, struct vw_told **told) {
+    const char *effects = run->row->effects_json;
+    struct evidence evidence = {.effects = effects ? vw_json_load(effects, strlen(effects), 0, NULL) : NULL,
+                                .duplicates = read_duplicates(page, run)};
+    evidence.exposures = exposures_of(evidence.effects);
+    *told = vw_allocate(run->image_count, sizeof **told);
+    const char *method = run->score_count ? vw_value_main_method(run->scores, run->score_count) : "";
+    for (uint32_t i = 0; *told && i < run->score_count; i++) {
+        const struct vw_ledger_score *score = &run->scores[i];
+        const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, score->image_id);
+        if (image && strcmp(score->method, method) == 0 && score->visits && isfinite(score->value))
+            (*told)[image - run->images].score = score;
+    }
+    bool trusted = is_trusted(run, advice);
+    for (uint32_t i = 0; *told && i < run->image_count; i++)
+        if (strcmp(run->images[i].split, "train") == 0)
+            judge(&evidence, &run->images[i], advice->marks[i], trusted, &(*told)[i]);
+    json_decref(evidence.effects);
+    json_decref(evidence.duplicates);
+    return *told ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// ---- The table -----------------------------------------------------------------------------------------------------
+
+struct table {
+    const struct vw_report_run *run;
+    const struct vw_told *told;
+};
+
+static void print_advice(FILE *stream, const void *context) {
+    const struct table *table = context;
+    fputs("name,advice,reason,score,ci_low,ci_high,unit,method\n", stream);
+    for (uint32_t i = 0; i < table->run->image_count; i++) {
+        const struct vw_told *told = &table->told[i];
+        const struct vw_ledger_score *score = told->score;
+        if (!told->advice) continue;
+        vw_csv_print(stream, "t,t,t", table->run->images[i].name, told->advice, told->reason);
+        if (score)
+            vw_csv_print(stream, ",r,r,r,t,t\n", score->value, score->ci_low, score->ci_high, score->unit,
+                         score->method);
+        else fputs(",,,,,\n", stream);
+    }
+}
+
+enum vw_status vw_report_make_advice_csv(const char *path, const struct vw_report_page *page,
+                                         const struct vw_report_run *run, struct vw_csv_text *made) {
+    struct vw_advice advice = {0};
+    struct vw_worth_summary worth;
+    struct vw_told *told = NULL;
+    enum vw_status status = vw_told_advise(run, &worth, &advice);
+    if (!status) status = vw_told_make(page, run, &advice, &told);
+    if (!status) status = vw_csv_make_text(path, print_advice, &(struct table){run, told}, made);
+    vw_advice_free(&advice);
+    free(told);
+    return status;
+}
