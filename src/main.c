@@ -65,8 +65,10 @@ static const struct vw_command commands[] = {
      vw_command_train},
     {VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",
      "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order; other columns are ignored. A row names "
-     "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step. Step 0 "
-     "is the untrained state. Writes ledger.db and scores.csv to the --out folder.",
+     "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step; steps "
+     "between two validations leave both empty and share the change. Step 0 is the untrained state. "
+     "scripts/hooks/ of the source tree writes it from gsplat's trainer and from nerfstudio. Writes ledger.db and "
+     "scores.csv to the --out folder.",
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
     {USE, "lasting", "OUT", "Score what the steps on each photo leave at the end of a finished run",
