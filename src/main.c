@@ -16,7 +16,8 @@ static const struct vw_command commands[] = {
      "dense/; a transforms file; a recipe (.json).\n"
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
      "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without. The "
-     "command prints the gain with its standard error, and what a step costs more, for a run with these options.",
+     "command prints the gain with its standard error, and what a step costs more, for a run with these options.\n"
+     "Also estimates, by a few steps on the device, what the commands that train take at every accuracy level.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_JSON, vw_command_info},
     {VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",

@@ -10,6 +10,7 @@
 #include "batch/slurm.h"
 #include "experiment/comparison.h"
 #include "experiment/kfold.h"
+#include "experiment/prices.h"
 #include "experiment/sweep/sweep.h"
 #include "experiment/verified_selection.h"
 #include "experiment/worth.h"
@@ -21,6 +22,7 @@ struct vw_scene_info {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_estimate estimate;
+    struct vw_level_prices prices[VW_PRICED_LEVELS]; // with an estimate only
 };
 enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);
 
