@@ -76,7 +76,7 @@ static const struct vw_command commands[] = {
      "Trains the run of OUT again, step by step as recorded, and follows the gradient of its end (validation PSNR and "
      "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, "
      "scores.csv and the report. Compare photos with each other; zero has no meaning.\n"
-     "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared "
+     "A gate checks it: six short trainings make the steps on a photo longer, and the change is compared "
      "with the predicted one. The command prints a warning if they disagree. The same command resumes a backward "
      "pass that was stopped, and only prints the scores of a finished one. With --lasting-matrix, matrix.csv also has "
      "lasting credit by validation photo. Uses the run's device unless --device is given. " NEEDS_SCENE_FOLDER,

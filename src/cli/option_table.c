@@ -265,7 +265,7 @@ const struct vw_option vw_option_table[] = {
      "tries lists by it. Each validation photo adds up to half the time of a backward pass",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.matrix), NEEDS("lasting")},
     {"no-gate", NULL,
-     "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter",
+     "Do not check lasting credit by six short trainings in which the steps on a photo are made longer",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.no_gate), NEEDS("lasting")},
 
     // The field.
