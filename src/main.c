@@ -16,7 +16,8 @@ static const struct vw_command commands[] = {
      "dense/; a transforms file; a recipe (.json).\n"
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
      "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without. The "
-     "command prints the gain with its standard error, and what a step costs more, for a run with these options.",
+     "command prints the gain with its standard error, and what a step costs more, for a run with these options.\n"
+     "Also estimates, by a few steps on the device, what the commands that train take at every accuracy level.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_JSON, vw_command_info},
     {VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",
@@ -65,15 +66,17 @@ static const struct vw_command commands[] = {
      vw_command_train},
     {VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",
      "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order; other columns are ignored. A row names "
-     "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step. Step 0 "
-     "is the untrained state. Writes ledger.db and scores.csv to the --out folder.",
+     "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step; steps "
+     "between two validations leave both empty and share the change. Step 0 is the untrained state. "
+     "scripts/hooks/ of the source tree writes it from gsplat's trainer and from nerfstudio. Writes ledger.db and "
+     "scores.csv to the --out folder.",
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
     {USE, "lasting", "OUT", "Score what the steps on each photo leave at the end of a finished run",
      "Trains the run of OUT again, step by step as recorded, and follows the gradient of its end (validation PSNR and "
      "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, "
      "scores.csv and the report. Compare photos with each other; zero has no meaning.\n"
-     "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared "
+     "A gate checks it: six short trainings make the steps on a photo longer, and the change is compared "
      "with the predicted one. The command prints a warning if they disagree. The same command resumes a backward "
      "pass that was stopped, and only prints the scores of a finished one. With --lasting-matrix, matrix.csv also has "
      "lasting credit by validation photo. Uses the run's device unless --device is given. " NEEDS_SCENE_FOLDER,

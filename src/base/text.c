@@ -1,6 +1,7 @@
 #include "base/text.h"
 
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -111,4 +112,10 @@ bool vw_word_list_has(const char *list, const char *name) {
     while (vw_word_list_next(&list, &word))
         if (vw_word_is(word, name)) return true;
     return false;
+}
+
+void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]) {
+    if (seconds < 99.5) snprintf(text, VW_DURATION_BYTES, "%.*f s", seconds < 9.95, seconds);
+    else if (seconds < 99.5 * 60) snprintf(text, VW_DURATION_BYTES, "%.0f min", seconds / 60);
+    else snprintf(text, VW_DURATION_BYTES, "%.*f h", seconds < 9.95 * 3600, seconds / 3600);
 }

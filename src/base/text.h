@@ -14,6 +14,10 @@ bool vw_text_is_clean(const char *text);
 // Replaces the same characters as vw_text_make_line(), but keeps line ends (LF).
 void vw_text_make_lines(char *text);
 
+// Writes a duration for people: "45 s", "3 min", "2.5 h".
+enum { VW_DURATION_BYTES = 32 };
+void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]);
+
 // Counts the letters to insert, remove, replace or exchange with a neighbour until one word is the other. At least 1 if
 // they differ; words of 64 bytes or more count as far apart (UINT32_MAX).
 uint32_t vw_text_distance(const char *a, const char *b);

@@ -186,6 +186,24 @@ static enum vw_status read_rows(struct reading *reading) {
     return status;
 }
 
+// Fills in the values of steps that were not validated between two that were: each gets an equal share of the change.
+static void share_changes(struct vw_step_log *log) {
+    const struct vw_step_record *from = NULL; // the last one that was validated
+    for (struct vw_step_record *to = log->records; to < log->records + log->record_count; to++) {
+        if (!to->validated) continue;
+        for (struct vw_step_record *between = to - 1; from && between > from; between--) {
+            if (between->nonfinite) continue;
+            double share = (double)(between->step - from->step) / (double)(to->step - from->step);
+            between->val_psnr = from->val_psnr + share * (to->val_psnr - from->val_psnr);
+            between->val_l1 = from->val_l1 + share * (to->val_l1 - from->val_l1);
+            between->validated = true;
+            log->shared_count++;
+            if (to->step - from->step > log->validated_every) log->validated_every = to->step - from->step;
+        }
+        from = to;
+    }
+}
+
 // ---- Photos ----
 
 static int compare_names(const void *left, const void *right) {
@@ -240,6 +258,7 @@ enum vw_status vw_step_log_read(const char *path, struct vw_step_log *log) {
     enum vw_status status = vw_csv_open(path, FILE_LIMIT_BYTES, &log->csv);
     if (!status) vw_sha256(log->csv.text, log->csv.size_bytes, log->sha256);
     if (!status) status = read_rows(&reading);
+    if (!status) share_changes(log);
     if (!status) status = number_photos(&reading);
     if (!status) status = check_extent(&reading);
     free(reading.photos);

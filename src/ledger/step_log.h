@@ -1,5 +1,5 @@
 // The step log of another trainer, read as if its steps were ours. The trainer takes one photo per step and validates
-// after every step.
+// after every step, or every so many.
 //
 // A CSV file (see csv.h). Its header has the columns step, epoch, photo, psnr and l1, in any order; other columns are
 // ignored. One row per step:
@@ -14,8 +14,10 @@
 // - psnr   validation PSNR after the step, dB. Finite values beyond 10^4, also in l1, are refused: one of them would
 //          dominate all scores
 // - l1     mean absolute error of the same validation, at least 0
-// A step whose psnr and l1 are both empty was not validated. A step with nan or inf is flagged as non-finite. Neither
-// has a delta: the next delta starts from the last step with values.
+// A step whose psnr and l1 are both empty was not validated. Between two validated steps it gets values on the straight
+// line between theirs, so that each step gets an equal share of the change; before the first and after the last one it
+// stays without. A step with nan or inf is flagged as non-finite. A step without values has no delta: the next delta
+// starts from the last step with values.
 #ifndef VIEWWORTH_LEDGER_STEP_LOG_H
 #define VIEWWORTH_LEDGER_STEP_LOG_H
 
@@ -34,7 +36,9 @@ struct vw_step_log {
     uint32_t record_count;
     struct vw_ledger_image *images; // owned; the photos, all in split train, by name; image_id is the place here
     uint32_t image_count;
-    uint32_t epochs; // number of the last one, and one
+    uint32_t epochs;          // number of the last one, and one
+    uint64_t shared_count;    // steps that got a share of a change
+    uint64_t validated_every; // steps between two validations, where steps share a change: the most; 0: none do
 };
 
 // Reads a step log. VW_ERROR_INPUT names the file, line and field that are wrong. Clear the log also after a failure.

@@ -234,7 +234,7 @@ function drawGate(one) {
   return drawPredicted('gate-chart', {points, label: 'The gate: predicted against measured change',
     line: {label: 'equality', data: [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end}))},
     across: 'predicted by lasting credit, dB', up: 'measured by retraining, dB',
-    caption: 'The gate: steps on a photo were made longer and shorter. r = ' + fixed(one.gate.correlation, 2) + ' over ' +
+    caption: 'The gate: steps on a photo were made longer. r = ' + fixed(one.gate.correlation, 2) + ' over ' +
       plural(points.length, 'photo') + '.'});
 }
 

@@ -115,6 +115,10 @@ check "--profile says where the time went" answers "json_array_length(j, '\$.pro
 check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
     AND j ->> '\$.estimate.steps' = 576 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
     AND j ->> '\$.masks' = 0" "$program" info "$scene" --pilot-steps 0 --json
+check "and what each command costs at each level" answers "(SELECT count(*) = 20 AND max(price.value ->> 'trainings') = 64
+    AND min(price.value ->> 'seconds') > 0 FROM json_each(j, '\$.prices') AS level, json_each(level.value) AS price)
+    AND j ->> '\$.prices.draft.worth.seconds' < j ->> '\$.prices.reference.worth.seconds'" "$program" info "$scene" --pilot-steps 0 --json
+check "info tells it in words" prints '^worth --retrainings 64 +64( +[0-9.]+ (s|min|h)){4}$' "$program" info "$scene" --pilot-steps 0
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 

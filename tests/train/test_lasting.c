@@ -119,7 +119,7 @@ TEST(replays_the_run_and_passes_the_gate) {
             predicted_loss[i] += credits[step].loss;
         }
     }
-    ASSERT_OK(vw_lasting_measure(lasting, from, checks, TRAINS));
+    ASSERT_OK(vw_lasting_measure(lasting, run->records, from, checks, TRAINS));
     for (uint32_t i = 0; i < TRAINS; i++) {
         measured[i] = checks[i].measured_psnr;
         measured_loss[i] = checks[i].measured_loss;

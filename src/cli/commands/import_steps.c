@@ -6,12 +6,13 @@
 
 static json_t *to_json(const char *log, const struct vw_import_result *result) {
     const struct vw_step_statistics *statistics = &result->statistics;
-    return json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", result->run_id,
+    return json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", result->run_id,
                      "log", log, "log_sha256", result->log_sha256, "photos", (json_int_t)result->photos, "epochs",
                      (json_int_t)result->epochs, "steps", (json_int_t)statistics->steps, "nonfinite",
-                     (json_int_t)statistics->nonfinite, "score_count", (json_int_t)result->score_count, "ledger",
-                     result->ledger_path, "scores", result->scores_path, "val_psnr_start_db",
-                     vw_json_real(statistics->first_val_psnr_db), "val_psnr_end_db",
+                     (json_int_t)statistics->nonfinite, "validated_every",
+                     (json_int_t)(result->validated_every ? result->validated_every : 1), "score_count",
+                     (json_int_t)result->score_count, "ledger", result->ledger_path, "scores", result->scores_path,
+                     "val_psnr_start_db", vw_json_real(statistics->first_val_psnr_db), "val_psnr_end_db",
                      vw_json_real(statistics->last_val_psnr_db), "head", result->head);
 }
 

@@ -6,6 +6,7 @@
 #include "cli/params.h"
 #include "detect/decide.h"
 #include "detect/verdict_cache.h"
+#include "experiment/prices.h"
 #include "run/devices.h"
 #include "viewworth/log.h"
 
@@ -41,6 +42,8 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     if (!status) status = open_device(options, &gpu, &info.estimate);
     if (!status) status = vw_effects_decide_cached(gpu, scene, &options->config, info.effects, &info.effect_count);
     if (!status) vw_estimate_run(&options->config, scene, gpu, info.effects, info.effect_count, &info.estimate);
+    if (!status && !*info.estimate.missing)
+        status = vw_prices_estimate(&options->config, scene, gpu, info.effects, info.effect_count, info.prices);
     info.scene = scene;
     if (!status) status = vw_scene_info_print(&info, options->json);
     vw_scene_close(&scene);

@@ -47,7 +47,7 @@ static void print_gate(const struct vw_lasting_summary *summary) {
         return;
     }
     vw_print("gate     change of the final PSNR when the steps on a photo after step %" PRIu64
-             " are made longer and shorter: predicted, measured\n",
+             " are made longer: predicted, measured\n",
              pass->checks->from_step);
     for (uint32_t i = 0; i < pass->check_count; i++)
         vw_print("  %+9" VW_SCORE_DIGITS "f  %+9" VW_SCORE_DIGITS "f dB  %s\n", pass->checks[i].predicted_psnr,

@@ -10,6 +10,7 @@
 #include "batch/slurm.h"
 #include "experiment/comparison.h"
 #include "experiment/kfold.h"
+#include "experiment/prices.h"
 #include "experiment/sweep/sweep.h"
 #include "experiment/verified_selection.h"
 #include "experiment/worth.h"
@@ -21,6 +22,7 @@ struct vw_scene_info {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_estimate estimate;
+    struct vw_level_prices prices[VW_PRICED_LEVELS]; // with an estimate only
 };
 enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);
 
@@ -39,7 +41,7 @@ json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary);
 void vw_attribution_print(const struct vw_attribution *attribution);
 void vw_attribution_add_json(const struct vw_attribution *attribution, json_t **root);
 
-// Prints a table of the candidates of select --verify, and a sentence that names the choice and its reason.
+// Prints a table of the candidates of a verified selection, and a sentence that names the choice and its reason.
 void vw_verified_selection_print(const struct vw_verified_selection *verified, uint32_t seeds);
 // Returns {candidates: [{name, photos, gain_db, ci_low, ci_high}], chosen}.
 json_t *vw_verified_selection_to_json(const struct vw_verified_selection *verified);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 #include "detect/effects_text.h"
@@ -145,6 +146,23 @@ static void print_estimate(const struct vw_estimate *estimate) {
              estimate->measured_steps, estimate->device);
 }
 
+// Prints what the commands take on this device at every accuracy level.
+static void print_prices(const struct vw_scene_info *info) {
+    if (*info->estimate.missing) return;
+    vw_print("\n%-26s%9s", "about, with --accuracy", "trainings");
+    for (uint32_t l = 0; l < VW_PRICED_LEVELS; l++) vw_print("  %9s", info->prices[l].level);
+    for (uint32_t c = 0; c < VW_PRICED_COMMANDS; c++) {
+        const struct vw_priced_command *command = &vw_priced_commands[c];
+        vw_print("\n%-26s%9u", command->words, command->trainings);
+        for (uint32_t l = 0; l < VW_PRICED_LEVELS; l++) {
+            char time[VW_DURATION_BYTES] = "";
+            if (isfinite(info->prices[l].seconds[c])) vw_text_duration(info->prices[l].seconds[c], time);
+            vw_print("  %9s", time);
+        }
+    }
+    vw_print("\n");
+}
+
 static void print_text(const struct description *description) {
     const struct vw_scene *scene = description->scene;
     const struct vw_box *box = &scene->box;
@@ -164,6 +182,7 @@ static void print_text(const struct description *description) {
     print_exposures(description);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     print_estimate(&description->info->estimate);
+    print_prices(description->info);
     vw_print("\n%s\n", vw_effects_heading);
     for (uint32_t i = 0; i < description->info->effect_count; i++) {
         char line[VW_EFFECT_LINE_BYTES];
@@ -244,15 +263,31 @@ static json_t *estimate_to_json(const struct vw_estimate *estimate) {
                      estimate->device);
 }
 
+// Returns null without an estimate.
+static json_t *prices_to_json(const struct vw_scene_info *info) {
+    json_t *levels = *info->estimate.missing ? json_null() : json_object();
+    for (uint32_t l = 0; l < VW_PRICED_LEVELS && json_is_object(levels); l++) {
+        json_t *commands = json_object();
+        for (uint32_t c = 0; c < VW_PRICED_COMMANDS; c++)
+            vw_json_set(&commands, vw_priced_commands[c].name,
+                        json_pack("{s:s, s:I, s:o}", "command", vw_priced_commands[c].words, "trainings",
+                                  (json_int_t)vw_priced_commands[c].trainings, "seconds",
+                                  vw_json_real(info->prices[l].seconds[c])));
+        vw_json_set(&levels, info->prices[l].level, commands);
+    }
+    return levels;
+}
+
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
-    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o}", "scene",
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o}", "scene",
                      scene->path, "format", scene->format, "views", (json_int_t)scene->view_count, "splits",
                      splits_to_json(scene), "cameras", cameras_to_json(description), "bounds", bounds_to_json(scene),
                      "has_alpha", scene->has_alpha, "masks", (json_int_t)scene->masked_view_count, "points",
                      (json_int_t)scene->point_count, "tracks", (json_int_t)scene->track_count, "depths",
                      depths_to_json(description), "exposures", exposures_to_json(description), "notes",
-                     notes_to_json(scene), "estimate", estimate_to_json(&description->info->estimate), "effects",
+                     notes_to_json(scene), "estimate", estimate_to_json(&description->info->estimate), "prices",
+                     prices_to_json(description->info), "effects",
                      vw_effects_to_json(description->info->effects, description->info->effect_count));
 }
 

@@ -49,11 +49,14 @@ static void warn(const struct import *import) {
     if (import->statistics.nonfinite > 0)
         vw_log_warning("%" PRIu64 " steps were not finite and carry no value (step.nonfinite in the ledger)",
                        import->statistics.nonfinite);
+    if (import->log.shared_count > 0)
+        vw_log_warning("%" PRIu64 " steps were not validated: what changed between two validations, up to %" PRIu64
+                       " steps apart, is credited in equal shares to the photos between, so that telling photos apart "
+                       "takes about so many times as many steps",
+                       import->log.shared_count, import->log.validated_every);
     if (import->unvalidated > 0)
-        vw_log_warning(
-            "%" PRIu64
-            " steps have neither psnr nor l1: what they changed is credited to the next photo that was validated",
-            import->unvalidated);
+        vw_log_warning("steps before the first validation or after the last one are not credited: %" PRIu64,
+                       import->unvalidated);
     if (import->log.epochs <= import->config.burn_in_epochs)
         vw_log_warning("the log's %u epochs leave none after --burn-in %u: steps are recorded, but no scores",
                        import->log.epochs, import->config.burn_in_epochs);
@@ -80,7 +83,7 @@ static enum vw_status open_import(struct import *import) {
     if (status) return status;
     vw_hash_to_hex(import->log.sha256, import->log_sha256);
     import->config_json = vw_imported_config_to_json(&import->config);
-    import->options_json = vw_imported_options_to_json(import->log_sha256);
+    import->options_json = vw_imported_options_to_json(import->log_sha256, import->log.validated_every);
     return import->config_json && import->options_json ? VW_OK : VW_ERROR_MEMORY;
 }
 
@@ -162,6 +165,7 @@ static enum vw_status fill_result(struct import *import, struct vw_import_result
         .photos = import->log.image_count,
         .epochs = import->log.epochs,
         .score_count = import->score_count,
+        .validated_every = import->log.validated_every,
         .statistics = import->statistics,
     };
     import->ledger_path = import->scores_path = NULL; // the result owns them

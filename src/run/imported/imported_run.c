@@ -1,5 +1,6 @@
 #include "run/imported/imported_run.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -49,8 +50,10 @@ enum vw_status vw_imported_config_from_json(const char *json, struct vw_config *
     return status;
 }
 
-char *vw_imported_options_to_json(const char *log_sha256) {
-    char *text = vw_format_text("{\"log_sha256\":\"%s\"}", log_sha256);
+char *vw_imported_options_to_json(const char *log_sha256, uint64_t validated_every) {
+    char *text = validated_every ? vw_format_text("{\"log_sha256\":\"%s\",\"validated_every\":%" PRIu64 "}", log_sha256,
+                                                  validated_every)
+                                 : vw_format_text("{\"log_sha256\":\"%s\"}", log_sha256);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the log's hash");
     return text;
 }
@@ -59,10 +62,12 @@ enum vw_status vw_imported_check(const struct vw_ledger_run *run, const struct v
                                  char log_sha256[VW_HASH_HEX_BYTES]) {
     char run_id[VW_HASH_HEX_BYTES];
     const char *recorded = NULL;
+    json_int_t validated_every = 0;
     json_error_t error;
     json_t *object = vw_json_load(run->scene_options_json, strlen(run->scene_options_json), 0, &error);
     enum vw_status status = VW_OK;
-    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s:s}", "log_sha256", &recorded))
+    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s:s, s?I}", "log_sha256", &recorded, "validated_every",
+                                  &validated_every))
         status =
             vw_fail(VW_ERROR_INPUT, "run.scene_options_json of an imported run: %s; import the log again", error.text);
     else if (strlen(recorded) != VW_HASH_HEX_BYTES - 1)

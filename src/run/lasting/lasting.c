@@ -164,9 +164,10 @@ static enum vw_status measure(struct backward *pass) {
     struct vw_lasting_check checks[GATE_PHOTOS] = {0};
     uint64_t from_step = pass->checks[0].from_step;
     for (uint32_t i = 0; i < pass->check_count; i++) checks[i].view = pass->checks[i].image_id;
-    vw_log_info("gate     %u photos, 2 trainings of %" PRIu64 " steps for each", pass->check_count,
+    vw_log_info("gate     %u photos, a training of %" PRIu64 " steps for each", pass->check_count,
                 pass->steps - from_step);
-    enum vw_status status = vw_lasting_measure(pass->lasting, from_step, checks, pass->check_count);
+    enum vw_status status = vw_lasting_measure(pass->lasting, pass->run->results.scoring.input.records, from_step,
+                                               checks, pass->check_count);
     for (uint32_t i = 0; !status && i < pass->check_count; i++) {
         pass->checks[i].measured_psnr = isfinite(checks[i].measured_psnr) ? checks[i].measured_psnr : NAN;
         pass->checks[i].measured_loss = isfinite(checks[i].measured_loss) ? checks[i].measured_loss : NAN;

@@ -55,18 +55,17 @@ enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path);
 enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step);
 
 // The gate: once all credits are handed out, tests what they say. The steps on `view` after `from_step` are made longer
-// and shorter by VW_LASTING_SCALED of themselves, each in a retraining from there on with everything else as it was.
-// Half of the difference between the two, per length of a step, is to be compared with the sum of the credits of these
-// steps.
+// by VW_LASTING_SCALED of themselves in a retraining from there on with everything else as it was. The change of U
+// against the recorded training, per length of a step, is to be compared with the sum of the credits of these steps.
 #define VW_LASTING_SCALED 0.3
 struct vw_lasting_check {
     uint32_t view;                       // given: scene index
     double measured_psnr, measured_loss; // in units of the credits; NaN where a retraining was not finite
 };
-// Measures that difference; without momentum only, where a step is its photo's own (VW_ERROR_USAGE). `from_step`:
-// before the first of the states that U averages over (vw_lasting_first_state).
-enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step, struct vw_lasting_check *checks,
-                                  uint32_t count);
+// Measures that change; `records`: those of the training, by step. Without momentum only, where a step is its photo's
+// own (VW_ERROR_USAGE). `from_step`: before the first of the states that U averages over (vw_lasting_first_state).
+enum vw_status vw_lasting_measure(struct vw_lasting *lasting, const struct vw_step_record *records, uint64_t from_step,
+                                  struct vw_lasting_check *checks, uint32_t count);
 uint64_t vw_lasting_first_state(const struct vw_lasting *lasting);
 
 #endif

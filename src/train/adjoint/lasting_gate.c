@@ -1,4 +1,4 @@
-// The gate of lasting credit: retrainings in which the steps on one photo are longer or shorter.
+// The gate of lasting credit: retrainings in which the steps on one photo are longer.
 #include <math.h>
 
 #include "train/adjoint/lasting.h"
@@ -70,21 +70,23 @@ static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_st
     return vw_step_replay_run(&lasting->replay);
 }
 
-static enum vw_status measure(const struct vw_lasting *lasting, uint64_t from_step, const struct vw_snapshot *state,
-                              struct vw_lasting_check *check) {
-    struct outcome longer = {0}, shorter = {0};
-    enum vw_status status = restore(lasting, state);
-    if (!status) status = retrain(lasting, from_step, check->view, (float)VW_LASTING_SCALED, &longer);
-    if (!status) status = restore(lasting, state);
-    if (!status) status = retrain(lasting, from_step, check->view, -(float)VW_LASTING_SCALED, &shorter);
-    check->measured_psnr = (longer.psnr - shorter.psnr) / (2 * VW_LASTING_SCALED);
-    check->measured_loss = (longer.loss - shorter.loss) / (2 * VW_LASTING_SCALED);
-    return status;
+// Averages what the training itself reached over the states of U: repeated, it would reach the same bits.
+static struct outcome outcome_of(const struct vw_lasting *lasting, const struct vw_step_record *records) {
+    struct outcome outcome = {0};
+    uint32_t states = vw_lasting_state_count(lasting);
+    for (uint64_t step = vw_lasting_first_state(lasting); step <= lasting->replay.total_steps; step++) {
+        if (!vw_lasting_is_state(lasting, step)) continue;
+        outcome.psnr += records[step].val_psnr / states;
+        outcome.loss -= records[step].val_l1 / states;
+    }
+    return outcome;
 }
 
-enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step, struct vw_lasting_check *checks,
-                                  uint32_t count) {
+enum vw_status vw_lasting_measure(struct vw_lasting *lasting, const struct vw_step_record *records, uint64_t from_step,
+                                  struct vw_lasting_check *checks, uint32_t count) {
     struct vw_snapshot state = {0};
+    const struct outcome recorded = outcome_of(lasting, records);
+    struct outcome longer = {0};
     if (lasting->replay.context->config->beta1 > 0)
         return vw_fail(VW_ERROR_USAGE,
                        "the gate scales steps, which with momentum belong to several photos; use --no-gate");
@@ -92,7 +94,12 @@ enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step
         return vw_fail(VW_ERROR_USAGE,
                        "the gate follows the whole backward pass, from a step before the states that it measures");
     enum vw_status status = prepare(lasting, from_step, &state);
-    for (uint32_t i = 0; i < count && !status; i++) status = measure(lasting, from_step, &state, &checks[i]);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        status = restore(lasting, &state);
+        if (!status) status = retrain(lasting, from_step, checks[i].view, (float)VW_LASTING_SCALED, &longer);
+        checks[i].measured_psnr = (longer.psnr - recorded.psnr) / VW_LASTING_SCALED;
+        checks[i].measured_loss = (longer.loss - recorded.loss) / VW_LASTING_SCALED;
+    }
     vw_snapshot_destroy(&state);
     return status;
 }

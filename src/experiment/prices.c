@@ -1,0 +1,63 @@
+#include "experiment/prices.h"
+
+#include <math.h>
+
+#include "run/plan/accuracy_levels.h"
+#include "run/plan/estimate.h"
+
+enum { VALUE, LASTING, COMPARE, SELECT, WORTH };
+const struct vw_priced_command vw_priced_commands[VW_PRICED_COMMANDS] = {
+    [VALUE] = {"value", "value", 1},
+    [LASTING] = {"lasting", "lasting", 7}, // the backward pass repeats the run; the others are the gate's
+    [COMPARE] = {"compare", "compare --list A --list B", 6},
+    [SELECT] = {"select", "select --verify",
+                50}, // all photos and 12 lists by either half of the validation photos, two seeds
+    [WORTH] = {"worth", "worth --retrainings 64", 64},
+};
+static const double BACKWARD_PASS = 2.5; // times a run: 2.4 (courtyard) and 2.5 (fox), draft, lavapipe, 2026-11-27
+enum { GATE_EPOCHS = 6 };
+
+// Measures a step, with or without scoring; retrainings are without. NaN: the training has too few.
+static enum vw_status measure_step(const struct vw_trainer_params *params, struct vw_estimate *estimate) {
+    *estimate = (struct vw_estimate){0};
+    enum vw_status status = vw_estimate_take_steps(params, estimate);
+    if (!estimate->measured_steps) estimate->seconds_per_step = NAN;
+    return status;
+}
+
+static enum vw_status price_level(struct vw_trainer_params params, struct vw_level_prices *prices) {
+    struct vw_estimate scored, plain;
+    enum vw_status status = measure_step(&params, &scored);
+    params.validate = false;
+    if (!status) status = measure_step(&params, &plain);
+    if (status) return status;
+    double run_s = scored.seconds_per_step * (double)scored.steps,
+           training_s = plain.seconds_per_step * (double)plain.steps;
+    prices->steps = scored.steps;
+    for (uint32_t c = 0; c < VW_PRICED_COMMANDS; c++) prices->seconds[c] = vw_priced_commands[c].trainings * training_s;
+    prices->seconds[VALUE] = run_s;
+    if (params.config->field == VW_FIELD_SPLATS) prices->seconds[LASTING] = NAN;
+    else
+        prices->seconds[LASTING] = BACKWARD_PASS * run_s + (vw_priced_commands[LASTING].trainings - 1) * training_s *
+                                                               fmin(1, (double)GATE_EPOCHS / params.config->epochs);
+    return VW_OK;
+}
+
+enum vw_status vw_prices_estimate(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
+                                  const struct vw_effect_verdict *effects, uint32_t effect_count,
+                                  struct vw_level_prices prices[VW_PRICED_LEVELS]) {
+    enum vw_status status = VW_OK;
+    for (uint32_t level = 0; !status && level < VW_PRICED_LEVELS; level++) {
+        struct vw_config at_level = *config;
+        vw_accuracy_apply(level, 0, &at_level);
+        prices[level].level = vw_accuracy_level_about(level)->name;
+        status = price_level((struct vw_trainer_params){.gpu = gpu,
+                                                        .scene = scene,
+                                                        .config = &at_level,
+                                                        .effects = effects,
+                                                        .effect_count = effect_count,
+                                                        .validate = true},
+                             &prices[level]);
+    }
+    return status;
+}
