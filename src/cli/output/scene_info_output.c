@@ -145,6 +145,22 @@ static void print_estimate(const struct vw_estimate *estimate) {
              estimate->measured_steps, estimate->device);
 }
 
+// Prints the line of effects and the table of those that anything was measured of.
+static void print_effects(const struct vw_scene_info *info) {
+    char line[VW_EFFECT_LINE_BYTES];
+    vw_effects_to_line(info->effects, info->effect_count, line);
+    vw_print("effects  %s\n\n%s\n", line, vw_effects_heading);
+    for (uint32_t i = 0; i < info->effect_count; i++) {
+        if (!info->effects[i].on && isnan(info->effects[i].evidence)) continue;
+        vw_effect_to_line(&info->effects[i], line);
+        vw_print("%s\n", line);
+    }
+    vw_print("unknown, and off:");
+    for (uint32_t i = 0; i < info->effect_count; i++)
+        if (!info->effects[i].on && isnan(info->effects[i].evidence)) vw_print(" %s", info->effects[i].name);
+    vw_print("\n");
+}
+
 static void print_text(const struct description *description) {
     const struct vw_scene *scene = description->scene;
     const struct vw_box *box = &scene->box;
@@ -164,12 +180,7 @@ static void print_text(const struct description *description) {
     print_exposures(description);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     print_estimate(&description->info->estimate);
-    vw_print("\n%s\n", vw_effects_heading);
-    for (uint32_t i = 0; i < description->info->effect_count; i++) {
-        char line[VW_EFFECT_LINE_BYTES];
-        vw_effect_to_line(&description->info->effects[i], line);
-        vw_print("%s\n", line);
-    }
+    print_effects(description->info);
 }
 
 // ---- As JSON: NULL when memory is short ----------------------------------------------------------------------------
