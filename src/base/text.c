@@ -1,6 +1,7 @@
 #include "base/text.h"
 
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -89,6 +90,15 @@ void vw_take_nearer(const char *word, const char *name, uint32_t *least, const c
     *nearest = name;
 }
 
+const char *vw_plural(uint64_t count) { return count == 1 ? "" : "s"; }
+
+size_t vw_text_shared_folder(const char *name, size_t length, const char *other) {
+    size_t shared = 0;
+    while (shared < length && name[shared] == other[shared]) shared++;
+    while (shared && name[shared - 1] != '/') shared--;
+    return shared;
+}
+
 void vw_text_make_line(char *text) { make_harmless(text, false); }
 
 void vw_text_make_lines(char *text) { make_harmless(text, true); }
@@ -111,4 +121,10 @@ bool vw_word_list_has(const char *list, const char *name) {
     while (vw_word_list_next(&list, &word))
         if (vw_word_is(word, name)) return true;
     return false;
+}
+
+void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]) {
+    if (seconds < 99.5) snprintf(text, VW_DURATION_BYTES, "%.*f s", seconds < 9.95, seconds);
+    else if (seconds < 99.5 * 60) snprintf(text, VW_DURATION_BYTES, "%.0f min", seconds / 60);
+    else snprintf(text, VW_DURATION_BYTES, "%.*f h", seconds < 9.95 * 3600, seconds / 3600);
 }

@@ -14,12 +14,20 @@ bool vw_text_is_clean(const char *text);
 // Replaces the same characters as vw_text_make_line(), but keeps line ends (LF).
 void vw_text_make_lines(char *text);
 
+// Writes a duration for people: "45 s", "3 min", "2.5 h".
+enum { VW_DURATION_BYTES = 32 };
+void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]);
+
 // Counts the letters to insert, remove, replace or exchange with a neighbour until one word is the other. At least 1 if
 // they differ; words of 64 bytes or more count as far apart (UINT32_MAX).
 uint32_t vw_text_distance(const char *a, const char *b);
 // Takes a name as the nearest one to a word if it is nearer than `*least`, which begins at UINT32_MAX, and so near that
 // a slip may have made the word of it: one edit for three letters.
 void vw_take_nearer(const char *word, const char *name, uint32_t *least, const char **nearest);
+// Returns the ending of a noun after a number: "%u photo%s".
+const char *vw_plural(uint64_t count);
+// Returns how many bytes of a name, of its first `length`, are a folder in which `other` lies too; a '/' ends them.
+size_t vw_text_shared_folder(const char *name, size_t length, const char *other);
 
 // ---- Lists that options take: words with commas between, "rays,samples"; an empty list is one empty word ----
 
