@@ -72,18 +72,20 @@ const struct vw_option vw_option_table[] = {
      OPTION(TEXT, points), COMMON},
     {"verify", NULL,
      "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
-     "photos that did not select it (recommended; needs the scene and a device); up to 25 lists with --seeds "
-     "trainings each. The same command resumes",
+     "photos that did not select it (the default, which needs the scene and a device); with a rule or --method, this "
+     "list is among them. Up to 25 lists with --seeds trainings each; the same command resumes",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
+    {"quick", NULL, "Leave out robust outliers without trainings that verify it", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
+     OPTION(FLAG, quick), COMMON},
     {"seeds", "K",
-     "Number of trainings of each list (compare, select --verify) or configuration (tradeoff), one per seed; seeds "
+     "Number of trainings of each list (compare, select) or configuration (tradeoff), one per seed; seeds "
      "count up from --seed",
      VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50),
-     COMMON, DEFAULT("3; for select 2"), NEEDS("verify")},
+     COMMON, DEFAULT("3; for select 2")},
     {"without-outliers", NULL,
      "Drop photos that fit worse than the others by more than 3 robust standard deviations (train_fit) and have low "
      "credit; with --method photos that are so much lower by that score alone. Keep all others, photos that alone see "
-     "a region among them; this is the rule if no other is given",
+     "a region among them; this is the rule of --quick",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, without_outliers), COMMON},
     {"positive", NULL,
      "Keep photos whose score is above zero, as the paper does. Late in training the credits add up to about zero even "
@@ -259,7 +261,7 @@ const struct vw_option vw_option_table[] = {
     {"lasting-rays", "N", "Rays of each step that the backward pass uses; fewer are faster", VW_OPTIONS_LASTING,
      VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536), DEFAULT("all rays of a step"), NEEDS("lasting")},
     {"lasting-matrix", NULL,
-     "Also compute lasting credit for the PSNR of each validation photo: matrix.csv has it, and select --verify also "
+     "Also compute lasting credit for the PSNR of each validation photo: matrix.csv has it, and select also "
      "tries lists by it. Each validation photo adds up to half the time of a backward pass",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.matrix), NEEDS("lasting")},
     {"no-gate", NULL,

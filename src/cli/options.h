@@ -74,7 +74,7 @@ struct vw_options {
     const char *view;
     const char *cameras, *points; // files that export writes
     const char *to;
-    bool verify, without_outliers, positive, significant, not_harmful;
+    bool verify, quick, without_outliers, positive, significant, not_harmful;
     const char *top, *drop;
     const char *method; // the method that selects photos
     struct vw_texts lists;

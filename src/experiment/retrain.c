@@ -10,7 +10,9 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "base/text.h"
 #include "gpu/compute.h"
+#include "run/plan/estimate.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
 
@@ -36,29 +38,35 @@ static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_re
     return count;
 }
 
-// Creates a trainer: on all photos of which it keeps the retraining's, on these alone, or on all if it names none.
-static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
-                                     uint32_t seat, struct vw_trainer **trainer) {
+// Fills the params of a trainer: on all photos of which it keeps the retraining's, on these alone, or on all if it
+// names none. The params borrow from `config`, which it fills, too.
+static struct vw_trainer_params params_of(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
+                                          uint32_t seat, struct vw_config *config) {
     const struct vw_session *session = retrainer->params.session;
     const struct vw_session_device *device = &session->devices[seat % session->device_count];
     bool some = retraining->view_count > 0, alone = some && retrainer->params.equal == VW_EQUAL_EPOCHS;
-    struct vw_config config = *retrainer->params.config;
-    config.seed = retraining->seed;
-    vw_config_set_epochs(&config, epochs_of(retrainer, retraining));
-    if (!gains(retraining)) config.val_rays = vw_config_default.val_rays;
-    config.burn_in_epochs = vw_config_default.burn_in_epochs;
-    const struct vw_trainer_params params = {
-        .gpu = device->gpu,
-        .scene = session->scene,
-        .config = &config,
-        .effects = session->effects,
-        .effect_count = session->effect_count,
-        .train_views = alone ? retraining->views : retrainer->train_views,
-        .train_view_count = alone ? retraining->view_count : retrainer->train_count,
-        .left_out_views = retrainer->left_out,
-        .left_out_count = some && !alone ? list_left_out(retrainer, retraining) : 0,
-        .validate = gains(retraining),
-        .submissions = device->submissions};
+    *config = *retrainer->params.config;
+    config->seed = retraining->seed;
+    vw_config_set_epochs(config, epochs_of(retrainer, retraining));
+    if (!gains(retraining)) config->val_rays = vw_config_default.val_rays;
+    config->burn_in_epochs = vw_config_default.burn_in_epochs;
+    return (struct vw_trainer_params){.gpu = device->gpu,
+                                      .scene = session->scene,
+                                      .config = config,
+                                      .effects = session->effects,
+                                      .effect_count = session->effect_count,
+                                      .train_views = alone ? retraining->views : retrainer->train_views,
+                                      .train_view_count = alone ? retraining->view_count : retrainer->train_count,
+                                      .left_out_views = retrainer->left_out,
+                                      .left_out_count = some && !alone ? list_left_out(retrainer, retraining) : 0,
+                                      .validate = gains(retraining),
+                                      .submissions = device->submissions};
+}
+
+static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
+                                     uint32_t seat, struct vw_trainer **trainer) {
+    struct vw_config config;
+    const struct vw_trainer_params params = params_of(retrainer, retraining, seat, &config);
     return vw_trainer_create(&params, trainer);
 }
 
@@ -223,6 +231,30 @@ static enum vw_status measure(const struct vw_retrainer *retrainer, const struct
     return VW_OK;
 }
 
+enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
+                                     uint32_t count) {
+    struct vw_estimate estimate = {0};
+    struct vw_retrain_result recorded;
+    struct vw_config config;
+    uint32_t left = 0;
+    char id[VW_HASH_HEX_BYTES], about[VW_DURATION_BYTES];
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < count; i++) {
+        bool found = false;
+        vw_retrainer_name(retrainer, &retrainings[i], id);
+        status = vw_retraining_store_find(retrainer->retrainings, id, &found, &recorded);
+        left += !found;
+    }
+    if (status || !left) return status;
+    const struct vw_trainer_params params = params_of(retrainer, retrainings, 0, &config);
+    status = vw_estimate_take_steps(&params, &estimate);
+    if (status) return status;
+    vw_text_duration(
+        left * estimate.seconds_per_step * (double)estimate.steps / retrainer->params.session->device_count, about);
+    vw_log_info("%u training%s, about %s; Ctrl-C keeps what is done", left, left == 1 ? "" : "s", about);
+    return VW_OK;
+}
+
 // Logs now and then, and at the end, what is done and what is left.
 static void report_progress(struct vw_retrainer *retrainer) {
     double now_s = vw_now_s();
@@ -230,10 +262,15 @@ static void report_progress(struct vw_retrainer *retrainer) {
     if (retrainer->made == 1) retrainer->started_s = retrainer->reported_s = now_s;
     if (now_s - retrainer->reported_s < REPORT_S && done < retrainer->planned) return;
     retrainer->reported_s = now_s;
-    double each_s = retrainer->made > 1 ? (now_s - retrainer->started_s) / (double)(retrainer->made - 1) : NAN;
     uint64_t left = retrainer->planned > done ? retrainer->planned - done : 0;
-    vw_log_info("retrainings   %" PRIu64 " of %" PRIu64 ", %.2g s each, about %.0f min left", done, retrainer->planned,
-                each_s, ceil(each_s * (double)left / 60));
+    char each[VW_DURATION_BYTES] = "unknown", rest[VW_DURATION_BYTES] = "unknown";
+    if (retrainer->made > 1) {
+        double each_s = (now_s - retrainer->started_s) / (double)(retrainer->made - 1);
+        vw_text_duration(each_s, each);
+        vw_text_duration(each_s * (double)left, rest);
+    }
+    vw_log_info("retrainings   %" PRIu64 " of %" PRIu64 ", %s each, about %s left", done, retrainer->planned, each,
+                rest);
 }
 
 // ---- Several at a time ----
@@ -561,37 +598,3 @@ enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, con
     vw_retrainer_name(retrainer, retraining, id);
     return vw_retraining_store_find_views(retrainer->retrainings, id, views, view_count);
 }
-
-// ---- Of a recorded run ----
-
-enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const struct vw_device_choice *devices,
-                                        struct vw_session *session) {
-    enum vw_status status = vw_recorded_open_scene(recorded, devices->first ? devices->first : recorded->row.device);
-    if (!status) status = vw_recorded_check_images(recorded);
-    if (status) return status;
-    session->devices[0].gpu = recorded->gpu;
-    session->device_count = 1;
-    session->scene = recorded->scene;
-    session->effect_count = recorded->effect_count;
-    memcpy(session->effects, recorded->effects, sizeof session->effects);
-    status = vw_submissions_create(recorded->gpu, &session->devices[0].submissions);
-    return status ? status : vw_session_open_others(devices, false, session);
-}
-
-void vw_session_close_recorded(struct vw_session *session) {
-    session->scene = NULL;
-    session->devices[0].gpu = NULL;
-    vw_session_close(session);
-}
-
-struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps) {
-    struct vw_config config = recorded->config;
-    // A budget or --until-stable may have ended the run before all of its epochs.
-    uint32_t last = steps->record_count ? steps->records[steps->record_count - 1].epoch : 0;
-    if (last < config.epochs) config.epochs = last + 1;
-    config.vary = VW_VARY_ALL; // seeds of a run of `reproduce --vary` change less
-    config.base_seed = 0;
-    return config;
-}
-
-uint64_t vw_first_seed_after(uint64_t own) { return own < (uint64_t)INT64_MAX - UINT32_MAX ? own + 1 : 0; }

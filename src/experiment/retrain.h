@@ -62,6 +62,11 @@ void vw_retrainer_close(struct vw_retrainer *retrainer);
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]);
 
+// Logs, before vw_retrain() makes them, how many of these retrainings are to be made and about how long that takes, by
+// steps that it measures.
+enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
+                                     uint32_t count);
+
 // Makes retrainings; a vw_retrain_function whose `context` is the retrainer. The views of a retraining are scene
 // indices; without any, the untrained field is measured. Makes several at a time (see src/train/shared_submissions.h)
 // on every device of the session, each with the result that it has alone. After a failure, and when the interrupt is

@@ -30,7 +30,7 @@ static const struct {
     {"top:75%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 75},
     {"top:50%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 50},
 };
-_Static_assert(VW_ARRAY_COUNT(rules) < VW_CANDIDATES_MAX, "one more is all photos");
+_Static_assert(VW_ARRAY_COUNT(rules) + 1 < VW_CANDIDATES_MAX, "two more are all photos and the list asked for");
 
 static bool has_method(const struct vw_scorings *scorings, const char *method) {
     bool everywhere = true;
@@ -122,24 +122,41 @@ static enum vw_status apply(const struct vw_scorings *scorings, const struct vw_
     return VW_OK;
 }
 
-enum vw_status vw_candidates_make(const struct vw_scorings *scorings, struct vw_candidates *candidates) {
+static enum vw_status add_rule(const struct vw_scorings *scorings, const char *name,
+                               const struct vw_selection_params *params, struct vw_candidates *candidates) {
+    struct vw_candidate made = {.name = name,
+                                .method = params->method ? params->method : "train_fit, dv_psnr, dv_loss"};
+    bool fits = false;
+    enum vw_status status = apply(scorings, params, &made, &fits);
+    if (!status && fits) status = add(candidates, &made);
+    else if (!status) vw_log_info("list     %s: keeps fewer than 2 photos and is left out", name);
+    free_candidate(&made);
+    return status;
+}
+
+static enum vw_status add_asked(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
+                                const char *name, struct vw_candidates *candidates) {
+    if (!has_method(scorings, asked->method))
+        return vw_fail(VW_ERROR_USAGE,
+                       "--verify needs scores by each half of the validation photos, and %s has none; leave --verify "
+                       "out, or compare the list by viewworth compare",
+                       asked->method);
+    return add_rule(scorings, name, asked, candidates);
+}
+
+enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
+                                  const char *asked_name, struct vw_candidates *candidates) {
     *candidates = (struct vw_candidates){0};
     for (int s = 0; s < VW_SCORINGS; s++)
         if (!scorings->score_counts[s])
             return vw_fail(VW_ERROR_INPUT,
                            "the ledger has no scores; value the photos first, with --epochs larger than --burn-in");
     enum vw_status status = add_all(scorings, candidates);
+    if (!status && asked) status = add_asked(scorings, asked, asked_name, candidates);
     for (size_t r = 0; !status && r < VW_ARRAY_COUNT(rules); r++) {
-        struct vw_candidate made = {.name = rules[r].name,
-                                    .method = rules[r].method ? rules[r].method : "train_fit, dv_psnr, dv_loss"};
         const struct vw_selection_params params = {
             .method = rules[r].method, .rule = rules[r].rule, .amount = rules[r].percent, .percent = true};
-        bool fits = false;
-        if (!has_method(scorings, rules[r].method)) continue;
-        status = apply(scorings, &params, &made, &fits);
-        if (!status && fits) status = add(candidates, &made);
-        else if (!status) vw_log_info("list     %s: keeps fewer than 2 photos and is left out", rules[r].name);
-        free_candidate(&made);
+        if (has_method(scorings, rules[r].method)) status = add_rule(scorings, rules[r].name, &params, candidates);
     }
     return status;
 }

@@ -20,8 +20,8 @@ struct vw_scorings {
 };
 
 struct vw_candidate {
-    const char *name;   // static: "all", "without-outliers", "top:75%:dv_psnr", ...
-    const char *method; // static; whose scores select: "dv_psnr"; "none" of all photos
+    const char *name;   // static, or the caller's: "all", "without-outliers", "top:75%:dv_psnr", ...
+    const char *method; // likewise; whose scores select: "dv_psnr"; "none" of all photos
     char *same_as;      // owned: names of the rules with the same lists, with commas between; NULL: none
     struct vw_selection selections[VW_SCORINGS]; // owned; by the scores of each half and of both
 };
@@ -31,10 +31,12 @@ struct vw_candidates {
     uint32_t count;
 };
 
-// Makes the candidates. Rules by a score that one of the scorings lacks are left out. Rules whose lists are all equal
-// become one; a rule that keeps fewer than two photos by any of the scorings is left out, with a line of the log. Free
-// them also after a failure. VW_ERROR_INPUT where there are no scores, VW_ERROR_MEMORY.
-enum vw_status vw_candidates_make(const struct vw_scorings *scorings, struct vw_candidates *candidates);
+// Makes the candidates, that of `asked` (NULL: none) the first after all photos. Rules by a score that one of the
+// scorings lacks are left out. Rules whose lists are all equal become one; a rule that keeps fewer than two photos by
+// any of the scorings is left out, with a line of the log. Free them also after a failure. VW_ERROR_INPUT where there
+// are no scores, VW_ERROR_USAGE where a scoring lacks those of `asked`, VW_ERROR_MEMORY.
+enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
+                                  const char *asked_name, struct vw_candidates *candidates);
 void vw_candidates_free(struct vw_candidates *candidates);
 
 #endif

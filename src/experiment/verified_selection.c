@@ -56,21 +56,25 @@ static enum vw_status prepare(struct work *work) {
         status = vw_halves_split(run->images, run->image_count, work->config.seed, work->halves, result->half_sizes);
     if (status) return status;
     if (vw_images_have_weights(run->images, run->image_count))
-        return vw_fail(VW_ERROR_USAGE,
-                       "the run has --val-weights, but --verify judges by all validation photos alike; select without "
-                       "--verify, or value the scene without weights");
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "the run has --val-weights, but a verified selection judges by all validation photos alike; value "
+            "the scene without weights, or select with --quick");
     if (result->half_sizes[VW_HALF_B] == 0)
-        return vw_fail(VW_ERROR_INPUT,
-                       "the run has %u validation photo%s, but --verify needs at least 2: one half selects, the other "
-                       "judges; value the scene with more photos in --val, or select without --verify",
-                       result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
+        return vw_fail(
+            VW_ERROR_INPUT,
+            "the run has %u validation photo%s, but a verified selection needs at least 2: one half selects, the "
+            "other judges; value the scene with more photos in --val, or select with --quick",
+            result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
     work->config = vw_config_of_retrainings(&run->recorded, &work->input);
     status = score(work);
     if (!status && !work->input.lasting.view_count)
         vw_log_info("list     none by lasting credit, which needs it by validation photo: viewworth lasting %s "
                     "--lasting-matrix",
                     run->recorded.out);
-    return status ? status : vw_candidates_make(&work->scorings, &result->candidates);
+    return status ? status
+                  : vw_candidates_make(&work->scorings, work->params->asked, work->params->asked_name,
+                                       &result->candidates);
 }
 
 // ---- Training ----
@@ -104,19 +108,41 @@ static struct vw_retrain_params retraining_of(const struct work *work, uint32_t 
         .views = selection->image_ids, .view_count = selection->count, .seed = work->result->first_seed + seed};
 }
 
-// Trains seed by seed, so that an interrupted verification has whole pairs.
-static enum vw_status train(struct work *work) {
-    struct vw_retrain_params retrainings[VW_CANDIDATES_MAX * VW_HALVES];
-    struct vw_retrain_result results[VW_CANDIDATES_MAX * VW_HALVES];
-    enum vw_status status = VW_OK;
-    work->retrainer.planned = (uint64_t)work->params->seeds * work->result->candidates.count * VW_HALVES;
-    for (uint32_t s = 0; !status && s < work->params->seeds; s++) {
-        uint32_t count = 0;
+static bool is_listed(const struct vw_retrain_params *retrainings, uint32_t count,
+                      const struct vw_retrain_params *retraining) {
+    bool listed = false;
+    for (uint32_t i = 0; i < count && !listed; i++)
+        listed =
+            retrainings[i].seed == retraining->seed && retrainings[i].view_count == retraining->view_count &&
+            memcmp(retrainings[i].views, retraining->views, retraining->view_count * sizeof *retraining->views) == 0;
+    return listed;
+}
+
+// Lists different trainings, seed by seed, so that an interrupted verification has whole pairs.
+static uint32_t list_trainings(const struct work *work, struct vw_retrain_params *retrainings) {
+    uint32_t count = 0;
+    for (uint32_t s = 0; s < work->params->seeds; s++)
         for (uint32_t c = 0; c < work->result->candidates.count; c++)
-            for (int half = 0; half < VW_HALVES; half++)
-                retrainings[count++] = retraining_of(work, c, (uint8_t)half, s);
-        status = vw_retrain(&work->retrainer, retrainings, count, results);
+            for (uint8_t half = 0; half < VW_HALVES; half++) {
+                retrainings[count] = retraining_of(work, c, half, s);
+                count += !is_listed(retrainings, count, &retrainings[count]);
+            }
+    return count;
+}
+
+static enum vw_status train(struct work *work) {
+    size_t most = (size_t)work->params->seeds * work->result->candidates.count * VW_HALVES;
+    struct vw_retrain_params *retrainings = vw_allocate(most, sizeof *retrainings);
+    struct vw_retrain_result *results = vw_allocate(most, sizeof *results);
+    enum vw_status status = retrainings && results ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) {
+        uint32_t count = list_trainings(work, retrainings);
+        work->retrainer.planned = count;
+        status = vw_retrainer_announce(&work->retrainer, retrainings, count);
+        if (!status) status = vw_retrain(&work->retrainer, retrainings, count, results);
     }
+    free(retrainings);
+    free(results);
     return status;
 }
 

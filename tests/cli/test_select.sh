@@ -147,6 +147,11 @@ best=$single/best.json
 check "the best photos of transforms.json are listed" prints '^kept     5 of 12 photos to train on, by dv_psnr: the best 5$' \
     "$program" select "$folder/single.run" --top 5 --to "$best"
 check "the way to train on them is shown" grep -qx "train    viewworth value $best --out ANOTHER" "$folder/stdout"
+check "that the rule was not verified is said" says '^nothing was verified: the rule was taken as asked; --verify retrains'
+check "--quick trains nothing and says so" prints '^nothing was verified: --quick does not retrain$' \
+    "$program" select "$folder/single.run" --quick --to "$folder/quick.json"
+check "it leaves only outliers out" says '^kept     12 of 12 photos to train on, by train_fit, dv_psnr, dv_loss: all but robust outliers$'
+check "no training was made" test ! -e "$folder/single.run/retrainings.db"
 check "the list opens as a scene" trains single.again "$best"
 check "it holds them, and the others in their splits" kept single.run single.again
 check "its cameras are the same" same_cameras "$single" "$best"
@@ -271,6 +276,7 @@ check "--without-outliers is that rule; --json names them, too" answers "j ->> '
     "$program" select "$folder/steps" --without-outliers --method dv_loss --to "$folder/outliers.txt" --json
 check "without a rule and training losses nobody is accused" prints "^kept     12 of 12 photos.*by train_fit, dv_psnr, dv_loss" \
     "$program" select "$folder/steps" --to "$folder/by_all.txt"
+check "that an imported run cannot be verified is said" says '^nothing was verified: an imported run cannot be trained again$'
 query steps "UPDATE score SET value = 9 WHERE method = 'dv_psnr' AND image_id = 0"
 check "scores that the steps do not give are refused" refuses_edited select "$folder/steps" --top 3 --to "$folder/edited.txt"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3

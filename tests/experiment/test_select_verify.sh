@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# `viewworth select --verify` on a tiny recipe: what it prints and writes, that it trains nothing twice, goes on after an
-# interruption, and what it refuses. Takes the program's path.
+# `viewworth select`, which verifies, on a tiny recipe: what it prints and writes, that it trains nothing twice, goes on after
+# an interruption, and what it refuses. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 
@@ -16,9 +16,9 @@ cd "$folder" || exit 1
 refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; }
 quietly() { "$@" >silent 2>&1 || { cat silent; return 1; }; }
 retrainings() { sqlite3 "$1/retrainings.db" 'SELECT count(*) FROM retraining' 2>/dev/null || echo 0; }
-verify() { # verify OUT LIST [OPTION]...: what it prints is in stdout and stderr
+verify() { # verify OUT LIST [OPTION]...: select, which verifies; what it prints is in stdout and stderr
     rm -f "$2"
-    "$program" select "$1" --verify --to "$2" "${@:3}" >stdout 2>stderr && return
+    "$program" select "$1" --to "$2" "${@:3}" >stdout 2>stderr && return
     cat stderr
     return 1
 }
@@ -35,6 +35,8 @@ check "how is said" grep -q '^verified by trainings at equal steps with seeds 1 
 check "all photos are the first candidate" grep -qE '^all +12   the others are compared with it$' stdout
 check "other candidates have intervals" grep -qE '^[a-z]+[^ ]* +[0-9]+ +[-+][0-9.]+  [-+][0-9.]+ to [-+][0-9.]+$' stdout
 check "a sentence says what was chosen and why" grep -qE '^chosen   (all photos: no list is better|[a-z].*: of the lists whose)' stdout
+check "trainings, time and what Ctrl-C keeps are said first" grep -qE \
+    "^$(retrainings valued) trainings, about [0-9.]+ (s|min|h); Ctrl-C keeps what is done$" stderr
 check "the list is a list for --train" quietly "$program" train tiny.json --train list.txt --out trained "${tiny[@]}" --epochs 1 --quiet
 cp stdout first
 check "that lasting credit has none is said" grep -q 'viewworth lasting valued --lasting-matrix' stderr
@@ -55,6 +57,7 @@ cp -r valued interrupted
 sqlite3 interrupted/retrainings.db "DELETE FROM retraining WHERE seed = 2; DELETE FROM view WHERE retraining_id NOT IN
     (SELECT retraining_id FROM retraining)"
 check "half of the trainings are made again, on two devices" verify interrupted again.txt --devices llvmpipe,llvmpipe
+check "which are announced" grep -qE "^$((made / 2)) trainings, about " stderr
 check "to the same result" cmp <(head -n -2 stdout) <(head -n -2 first)
 check "the same list" cmp list.txt again.txt
 check "and as many trainings" test "$(retrainings interrupted)" = "$made"
@@ -75,6 +78,12 @@ check "the chosen one is one of them, and is the list" says "(SELECT value ->> '
 check "all photos have no gain" says "j ->> '\$.verified.candidates[0].name' = 'all' AND
     j ->> '\$.verified.candidates[0].gain_db' = 0"
 
+# ---- A rule that was asked for ----
+
+check "--verify has the rule among the candidates" verify valued asked.txt --verify --drop 20%
+check "by its name" grep -qE '^drop:20%:dv_psnr +10 ' stdout
+check "its lists alone are trained on" test "$(retrainings valued)" -le $((made * 3 / 2 + 4))
+
 # ---- Few validation photos ----
 
 printf 'view_012\nview_013\n' >two.txt
@@ -86,18 +95,18 @@ check "two photos are halves of one each" verify two list_of_two.txt
 check "which is said to prove little" grep -q 'only 2 validation photos judge, which proves little' stdout
 check "a sweep by validation photo" quietly "$program" lasting two --lasting-matrix --no-gate --quiet
 check "gives lists by lasting credit" eval 'verify two list_of_lasting.txt && grep -qE "^top:[579][05]%:lasting_psnr +[0-9]" stdout'
-check "a single photo is refused, with a remedy" refuses 'has 1 validation photo, but --verify needs at least 2: .*more photos in --val' \
-    select one --verify --to single.txt
+check "a single photo is refused, with a remedy" refuses \
+    'has 1 validation photo, but a verified selection needs at least 2: .*or select with --quick' select one --to single.txt
 check "without a training" test "$(retrainings one)" = 0
 
 # ---- Refusals ----
 
-check "a rule beside --verify" refuses '--verify tries rules and methods itself; leave out the rule' \
-    select valued --verify --top 3 --to r.txt
-check "a method beside --verify" refuses 'leave out --method' select valued --verify --method dv_loss --to r.txt
-check "--seeds without --verify" refuses '--seeds needs --verify' select valued --seeds 3 --to r.txt
-check "a list that is there, before any training" refuses 'list.txt: exists' select two --verify --to list.txt --seeds 9
-check "no scores" refuses 'no scores; value the photos first' select trained --verify --to r.txt
+check "--quick beside --verify" refuses '--quick verifies nothing' select valued --verify --quick --to r.txt
+check "a rule that drops all" refuses 'all 12 photos would be dropped' select valued --verify --drop 100% --to r.txt
+check "a method without scores" refuses 'method "nima" has no scores' select valued --verify --method nima --to r.txt
+check "--seeds without trainings" refuses '--seeds needs --verify' select valued --top 3 --seeds 3 --to r.txt
+check "a list that is there, before any training" refuses 'list.txt: exists' select two --to list.txt --seeds 9
+check "no scores" refuses 'no scores; value the photos first' select trained --to r.txt
 {
     echo 'step,epoch,photo,psnr,l1'
     echo '0,0,,10,0.5'

@@ -45,7 +45,7 @@ static bool keeps(const struct vw_selection *selection, uint32_t image_id) {
 TEST(rules_apply_to_the_scores_of_each_half) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(2);
-    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
     check_names(&candidates, "all 10 = without-outliers, without-outliers:quality, not-harmful; "
                              "without-outliers:dv_psnr 9 = positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
                              "top:50%:dv_psnr 5; top:90%:quality 9; top:75%:quality 8; top:50%:quality 5");
@@ -61,7 +61,7 @@ TEST(rules_apply_to_the_scores_of_each_half) {
 TEST(a_method_without_scores_has_no_candidates) {
     AUTO(vw_candidates_free) struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
-    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
     check_names(&candidates,
                 "all 10 = without-outliers, not-harmful; without-outliers:dv_psnr 9 = positive, top:90%:dv_psnr; "
                 "top:75%:dv_psnr 8; top:50%:dv_psnr 5");
@@ -72,14 +72,14 @@ TEST(lasting_credit_selects_where_every_scoring_has_it) {
     struct vw_scorings scorings = make_scorings(2);
     for (int s = 0; s < VW_SCORINGS; s++)
         for (uint32_t i = PHOTOS; i < 2 * PHOTOS; i++) rows[s][i].method = "lasting_psnr";
-    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
     check_names(&candidates,
                 "all 10 = without-outliers, not-harmful, without-outliers:lasting_psnr; without-outliers:dv_psnr 9 = "
                 "positive, top:90%:dv_psnr; top:75%:dv_psnr 8; top:50%:dv_psnr 5; top:90%:lasting_psnr 9; "
                 "top:75%:lasting_psnr 8; top:50%:lasting_psnr 5");
     vw_candidates_free(&candidates);
     scorings.score_counts[VW_HALF_B] = PHOTOS; // a sweep of all validation photos together
-    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
     for (uint32_t c = 0; c < candidates.count; c++) assert_string_not_equal(candidates.list[c].method, "lasting_psnr");
     vw_candidates_free(&candidates);
 }
@@ -91,7 +91,7 @@ TEST(lists_that_differ_by_one_scoring_are_two) {
     rows[VW_HALF_BOTH][5].value = -1; // not positive, but no outlier
     rows[VW_HALF_BOTH][3].value = 1;
     for (uint32_t i = 6; i < PHOTOS; i++) rows[VW_HALF_BOTH][i].value = 2 * i;
-    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
     assert_string_equal(candidates.list[1].name, "without-outliers:dv_psnr");
     assert_null(candidates.list[1].same_as);
     assert_int_equal(candidates.list[1].selections[VW_HALF_BOTH].count, 10);
@@ -103,13 +103,14 @@ TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {
     struct vw_scorings scorings = make_scorings(1);
     for (uint32_t i = 1; i < PHOTOS; i++) rows[VW_HALF_B][i].value = -rows[VW_HALF_B][i].value; // photo 0 and 4 stay
     rows[VW_HALF_B][4].value = -3;
-    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
     for (uint32_t c = 0; c < candidates.count; c++) {
         assert_string_not_equal(candidates.list[c].name, "positive");
         if (candidates.list[c].same_as) assert_null(strstr(candidates.list[c].same_as, "positive"));
     }
     vw_candidates_free(&candidates);
     scorings.score_counts[VW_HALF_A] = 0;
-    ASSERT_FAILS(vw_candidates_make(&scorings, &candidates), VW_ERROR_INPUT, "no scores; value the photos first");
+    ASSERT_FAILS(vw_candidates_make(&scorings, NULL, NULL, &candidates), VW_ERROR_INPUT,
+                 "no scores; value the photos first");
     vw_candidates_free(&candidates);
 }

@@ -17,14 +17,16 @@
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
-enum { SEEDS_DEFAULT = 2 }; // fewer than elsewhere, because --verify trains many lists
+enum { SEEDS_DEFAULT = 2 }; // fewer than elsewhere, because many lists are trained on
 
 struct selection_job {
     const struct vw_options *options;
-    struct vw_selection_params params;
+    bool has_rule, verify;
+    struct vw_selection_params params; // the rule that was asked for, or that of --quick
     struct vw_scored_run run;
     struct vw_selection selection;
-    struct vw_verified_selection verified; // with --verify, where the selection is a part of it
+    struct vw_verified_selection verified; // where lists are verified; the selection is a part of it
+    char *rule_name;                       // owned; of the candidate that was asked for
     struct vw_selection_list list;
 };
 
@@ -41,18 +43,23 @@ static uint32_t seeds_of(const struct vw_options *options) {
 }
 
 // Refuses, before hours of training, options that do not fit together and files that cannot be written.
-static enum vw_status check_verify(const struct vw_options *options, int rule_count) {
-    if (rule_count || options->method)
-        return vw_fail(VW_ERROR_USAGE, "select: --verify tries rules and methods itself; leave out %s, or --verify",
-                       rule_count ? "the rule" : "--method");
+static enum vw_status check_verify(const struct selection_job *job) {
+    const struct vw_options *options = job->options;
+    if (!job->verify)
+        return vw_options_have(options, "seeds")
+                   ? vw_fail(VW_ERROR_USAGE, "select: --seeds needs --verify where a rule or --quick is given")
+                   : VW_OK;
+    if (options->quick) return vw_fail(VW_ERROR_USAGE, "select: --quick verifies nothing; leave it out, or --verify");
     if (seeds_of(options) < 2)
-        return vw_fail(VW_ERROR_USAGE, "select: --verify needs two --seeds or more, for an interval");
+        return vw_fail(VW_ERROR_USAGE, "select: a verified selection needs two --seeds or more, for an interval");
     if (vw_file_exists(options->to) && !vw_folder_exists(options->to))
         return vw_fail(VW_ERROR_USAGE, "--to %s: exists; name a new file, or remove that one", options->to);
     return VW_OK;
 }
 
-static enum vw_status read_rule(const struct vw_options *options, struct vw_selection_params *params) {
+static enum vw_status read_rule(struct selection_job *job) {
+    const struct vw_options *options = job->options;
+    struct vw_selection_params *params = &job->params;
     int count = options->without_outliers + options->positive + options->significant + options->not_harmful +
                 (options->top != NULL) + (options->drop != NULL);
     if (count > 1)
@@ -61,7 +68,8 @@ static enum vw_status read_rule(const struct vw_options *options, struct vw_sele
                        "--top K|P%% and --drop K|P%%, not several");
     if (!options->to || !*options->to)
         return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
-    if (options->verify) return check_verify(options, count);
+    job->has_rule = count || options->method;
+    job->verify = options->verify || !(job->has_rule || options->quick);
     *params = (struct vw_selection_params){.method = options->method,
                                            .rule = options->positive      ? VW_SELECT_POSITIVE
                                                    : options->significant ? VW_SELECT_SIGNIFICANT
@@ -69,8 +77,9 @@ static enum vw_status read_rule(const struct vw_options *options, struct vw_sele
                                                    : options->top         ? VW_SELECT_TOP
                                                    : options->drop        ? VW_SELECT_DROP
                                                                           : VW_SELECT_OUTLIERS};
-    if (options->top) return read_amount("top", options->top, params);
-    return options->drop ? read_amount("drop", options->drop, params) : VW_OK;
+    enum vw_status status = check_verify(job);
+    if (!status && options->top) status = read_amount("top", options->top, params);
+    return !status && options->drop ? read_amount("drop", options->drop, params) : status;
 }
 
 // ---- What is said --------------------------------------------------------------------------------------------------
@@ -81,7 +90,7 @@ static const char *name_of(const struct selection_job *job, uint32_t image_id) {
 
 // Returns the scores that selected the photos, in words.
 static const char *methods_of(const struct selection_job *job) {
-    if (job->options->verify) return job->verified.candidates.list[job->verified.chosen].method;
+    if (job->verify) return job->verified.candidates.list[job->verified.chosen].method;
     if (job->params.method) return job->params.method;
     return job->selection.method ? job->selection.method : "train_fit, dv_psnr, dv_loss";
 }
@@ -89,7 +98,7 @@ static const char *methods_of(const struct selection_job *job) {
 // Lists the scores of the photos left out, or of the lone views.
 static json_t *outliers_to_json(const struct selection_job *job, bool lone) {
     json_t *photos = json_array();
-    if (job->options->verify || job->params.rule != VW_SELECT_OUTLIERS) {
+    if (job->verify || job->params.rule != VW_SELECT_OUTLIERS) {
         json_decref(photos);
         return NULL;
     }
@@ -109,7 +118,7 @@ static json_t *to_json(const struct selection_job *job) {
     return json_pack("{s:s, s:s, s:s, s:o, s:o*, s:o*, s:o*}", "path", job->options->to, "format", job->list.format,
                      "method", methods_of(job), "selected", names, "left_out", outliers_to_json(job, false),
                      "lone_views", outliers_to_json(job, true), "verified",
-                     job->options->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
+                     job->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
 }
 
 // Prints the options of the scene that the list does not contain. Prints only known ones: a ledger may come from
@@ -179,7 +188,7 @@ static void print_outliers(const struct selection_job *job) {
 static void print_kept(const struct selection_job *job) {
     const struct vw_selection *selection = &job->selection;
     vw_print("kept     %u of %u photos to train on", selection->count, job->list.train_count);
-    if (job->options->verify) {
+    if (job->verify) {
         vw_print("\n");
         return;
     }
@@ -191,23 +200,53 @@ static void print_kept(const struct selection_job *job) {
                  job->list.train_count - selection->scored_count);
 }
 
+static void print_unverified(const struct selection_job *job) {
+    vw_print("nothing was verified: %s\n", job->has_rule ? "the rule was taken as asked; --verify retrains to test it"
+                                           : job->options->quick ? "--quick does not retrain"
+                                                                 : "an imported run cannot be trained again");
+}
+
 static void print_text(const struct selection_job *job) {
     print_kept(job);
+    if (!job->verify) print_unverified(job);
     vw_print("list    ");
     vw_print_shell_path(job->options->to);
     vw_print(" (%s)\n", job->list.format);
     print_next(job);
 }
 
+// Names the rule as compare does, and settles its method, which the halves of the validation photos share.
+static enum vw_status name_rule(struct selection_job *job) {
+    static const char *const names[] = {[VW_SELECT_OUTLIERS] = "without-outliers",
+                                        [VW_SELECT_POSITIVE] = "positive",
+                                        [VW_SELECT_SIGNIFICANT] = "significant",
+                                        [VW_SELECT_NOT_HARMFUL] = "not-harmful",
+                                        [VW_SELECT_TOP] = "top:",
+                                        [VW_SELECT_DROP] = "drop:"};
+    const char *amount = job->options->top ? job->options->top : job->options->drop;
+    struct vw_selection selection = {0};
+    enum vw_status status = vw_scored_run_select(&job->run, &job->params, &selection);
+    if (status) return status;
+    job->params.method = selection.method;
+    job->rule_name = vw_format_text("%s%s%s%s", names[job->params.rule], amount ? amount : "",
+                                    selection.method ? ":" : "", selection.method ? selection.method : "");
+    vw_selection_free(&selection);
+    return job->rule_name ? VW_OK : VW_ERROR_MEMORY;
+}
+
 static enum vw_status verify(struct selection_job *job) {
     struct vw_device_list devices;
-    enum vw_status status = vw_device_list_read(job->options, &devices);
+    enum vw_status status = job->has_rule ? name_rule(job) : VW_OK;
+    if (!status) status = vw_device_list_read(job->options, &devices);
+    if (status) return status;
     const struct vw_verified_selection_params params = {.run = &job->run,
+                                                        .asked = job->has_rule ? &job->params : NULL,
+                                                        .asked_name = job->rule_name,
                                                         .devices = vw_device_list_choose(job->options, &devices),
                                                         .seeds = seeds_of(job->options),
                                                         .together = job->options->together,
                                                         .interrupt = vw_interrupt_watch()};
-    if (!status) status = vw_verified_selection_make(&params, &job->verified);
+    status = vw_verified_selection_make(&params, &job->verified);
     if (status) return status;
     job->selection = job->verified.candidates.list[job->verified.chosen].selections[VW_HALF_BOTH];
     return VW_OK;
@@ -216,25 +255,27 @@ static enum vw_status verify(struct selection_job *job) {
 static enum vw_status print(const struct selection_job *job) {
     if (job->options->positive)
         vw_log_warning("--positive: late in training the credits of all photos add up to about zero even if every "
-                       "photo is good, so that this rule drops a third of a clean scene; leave --positive out to drop "
-                       "only outliers");
+                       "photo is good, so that this rule drops a third of a clean scene; without it, trainings verify "
+                       "what to drop");
     if (job->options->json) return vw_json_print(to_json(job));
-    if (job->options->verify) vw_verified_selection_print(&job->verified, seeds_of(job->options));
+    if (job->verify) vw_verified_selection_print(&job->verified, seeds_of(job->options));
     print_text(job);
     return VW_OK;
 }
 
 enum vw_status vw_command_select(const struct vw_options *options) {
     struct selection_job job = {.options = options};
-    enum vw_status status = read_rule(options, &job.params);
+    enum vw_status status = read_rule(&job);
     if (status) return status;
     status = vw_scored_run_open(options->operand, &job.run);
     if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
-    if (!status) status = options->verify ? verify(&job) : vw_scored_run_select(&job.run, &job.params, &job.selection);
+    if (!status && vw_is_imported(&job.run.recorded.row)) job.verify = options->verify;
+    if (!status) status = job.verify ? verify(&job) : vw_scored_run_select(&job.run, &job.params, &job.selection);
     if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
     if (!status) status = print(&job);
-    if (options->verify) vw_verified_selection_free(&job.verified);
+    if (job.verify) vw_verified_selection_free(&job.verified);
     else vw_selection_free(&job.selection);
+    free(job.rule_name);
     vw_scored_run_close(&job.run);
     return status;
 }

@@ -39,7 +39,7 @@ json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary);
 void vw_attribution_print(const struct vw_attribution *attribution);
 void vw_attribution_add_json(const struct vw_attribution *attribution, json_t **root);
 
-// Prints a table of the candidates of select --verify, and a sentence that names the choice and its reason.
+// Prints a table of the candidates of a verified selection, and a sentence that names the choice and its reason.
 void vw_verified_selection_print(const struct vw_verified_selection *verified, uint32_t seeds);
 // Returns {candidates: [{name, photos, gain_db, ci_low, ci_high}], chosen}.
 json_t *vw_verified_selection_to_json(const struct vw_verified_selection *verified);
