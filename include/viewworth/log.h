@@ -6,7 +6,7 @@
 
 VW_PUBLIC_BEGIN
 
-enum vw_log_level { VW_LOG_INFO, VW_LOG_WARNING };
+enum vw_log_level { VW_LOG_INFO, VW_LOG_WARNING, VW_LOG_DETAIL };
 
 // Takes one message without a line end; `line` is valid for the call only.
 typedef void vw_log_sink(void *context, enum vw_log_level level, const char *line);
@@ -15,6 +15,7 @@ void vw_log_set_sink(vw_log_sink *sink, void *context);
 
 void vw_log_info(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void vw_log_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void vw_log_detail(const char *format, ...) __attribute__((format(printf, 1, 2))); // evidence that few users want
 
 VW_PUBLIC_END
 

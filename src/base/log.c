@@ -46,3 +46,10 @@ void vw_log_warning(const char *format, ...) {
     send(VW_LOG_WARNING, format, arguments);
     va_end(arguments);
 }
+
+void vw_log_detail(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    send(VW_LOG_DETAIL, format, arguments);
+    va_end(arguments);
+}

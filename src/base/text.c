@@ -90,6 +90,15 @@ void vw_take_nearer(const char *word, const char *name, uint32_t *least, const c
     *nearest = name;
 }
 
+const char *vw_plural(uint64_t count) { return count == 1 ? "" : "s"; }
+
+size_t vw_text_shared_folder(const char *name, size_t length, const char *other) {
+    size_t shared = 0;
+    while (shared < length && name[shared] == other[shared]) shared++;
+    while (shared && name[shared - 1] != '/') shared--;
+    return shared;
+}
+
 void vw_text_make_line(char *text) { make_harmless(text, false); }
 
 void vw_text_make_lines(char *text) { make_harmless(text, true); }

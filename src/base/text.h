@@ -24,6 +24,10 @@ uint32_t vw_text_distance(const char *a, const char *b);
 // Takes a name as the nearest one to a word if it is nearer than `*least`, which begins at UINT32_MAX, and so near that
 // a slip may have made the word of it: one edit for three letters.
 void vw_take_nearer(const char *word, const char *name, uint32_t *least, const char **nearest);
+// Returns the ending of a noun after a number: "%u photo%s".
+const char *vw_plural(uint64_t count);
+// Returns how many bytes of a name, of its first `length`, are a folder in which `other` lies too; a '/' ends them.
+size_t vw_text_shared_folder(const char *name, size_t length, const char *other);
 
 // ---- Lists that options take: words with commas between, "rays,samples"; an empty list is one empty word ----
 

@@ -315,6 +315,8 @@ const struct vw_option vw_option_table[] = {
      COMMON},
     {"quiet", NULL, "Print only results, warnings and errors", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
      OPTION(FLAG, quiet), COMMON},
+    {"verbose", NULL, "Print also details, such as the evidence on every effect", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
+     OPTION(FLAG, verbose)},
     {"help", NULL, "Show the main options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help), COMMON,
      .letter = 'h'},
     {"help-all", NULL, "Show all options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help_all), COMMON},

@@ -22,10 +22,11 @@ static enum vw_status run_command(const struct vw_program *program, const struct
         vw_help_print_command(program, command, options->help_all);
         return VW_OK;
     }
-    vw_log_set_sink(vw_log_to_stderr, &options->quiet);
+    struct vw_log_shown shown = {.quiet = options->quiet, .verbose = options->verbose};
+    vw_log_set_sink(vw_log_to_stderr, &shown);
     status = vw_params_set_memory(options);
     if (!status) status = command->run(options);
-    vw_log_set_sink(NULL, NULL); // the options end here
+    vw_log_set_sink(NULL, NULL); // what it shows ends here
     return status;
 }
 

@@ -291,6 +291,29 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
     return rule_out(scene, search);
 }
 
+// Returns an effect that is on and beside which this one is not.
+static const struct vw_effect *find_rival(const struct search *search, uint32_t effect) {
+    for (uint32_t i = 0; i < search->count; i++) {
+        const struct vw_effect *on = &search->effects[i];
+        uint32_t excluded = bits_of_conflicts(search, on) | bit_of(search, on->hides);
+        bool excludes = excluded >> effect & 1 || bits_of_conflicts(search, &search->effects[effect]) >> i & 1;
+        if (search->set >> i & 1 && excludes) return on;
+    }
+    return NULL;
+}
+
+// Names the rival of each effect that gained enough and was not chosen, since the gain alone would call for it.
+static void explain_left_out(struct search *search) {
+    for (uint32_t i = 0; i < search->count; i++) {
+        struct vw_effect_verdict *verdict = &search->verdicts[i];
+        const struct vw_effect *rival = find_rival(search, i);
+        size_t used = strlen(verdict->measured_on);
+        if (search->set >> i & 1 || !rival || !(verdict->evidence_low >= verdict->threshold)) continue;
+        snprintf(verdict->measured_on + used, sizeof verdict->measured_on - used, "; %s was taken instead",
+                 rival->name);
+    }
+}
+
 static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
                               struct vw_effect_verdict *verdicts, uint32_t count) {
     struct search search = {.verdicts = verdicts};
@@ -308,6 +331,7 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
     if (!search.candidates && !search.asks_photos) return VW_OK;
     status = vw_pilots_open(&search.params, &search.pilots);
     if (!status && search.candidates) status = run_search(&search);
+    if (!status) explain_left_out(&search);
     return status ? status : judge_fits(&search);
 }
 

@@ -6,15 +6,47 @@
 
 #include "base/json.h"
 
+// Appends a name to a list, with its reason; the first one after `lead`.
+static void append(char line[VW_EFFECT_LINE_BYTES], bool *any, const char *lead, const char *name, const char *reason) {
+    size_t used = strlen(line);
+    snprintf(line + used, VW_EFFECT_LINE_BYTES - used, "%s%s%s", *any ? ", " : lead, name, reason);
+    *any = true;
+}
+
+static void write_reason(const struct vw_effect_verdict *verdict, char reason[32]) {
+    bool measured = isfinite(verdict->evidence_stderr);
+    if (!verdict->called_for) snprintf(reason, 32, " (--effects)");
+    else if (measured) snprintf(reason, 32, " (%+.1f dB)", verdict->evidence);
+    else snprintf(reason, 32, " (files)");
+}
+
+void vw_effects_to_line(const struct vw_effect_verdict *verdicts, uint32_t count, char line[VW_EFFECT_LINE_BYTES]) {
+    bool any_on = false, any_off = false, any_tried = false;
+    line[0] = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        char reason[32];
+        write_reason(&verdicts[i], reason);
+        if (verdicts[i].on) append(line, &any_on, "", verdicts[i].name, reason);
+    }
+    if (!any_on) snprintf(line, VW_EFFECT_LINE_BYTES, "none");
+    for (uint32_t i = 0; i < count; i++)
+        if (verdicts[i].called_for && !verdicts[i].on)
+            append(line, &any_off, "; called for, but off: ", verdicts[i].name, "");
+    for (uint32_t i = 0; i < count; i++)
+        if (!verdicts[i].called_for && !verdicts[i].on && isfinite(verdicts[i].evidence_stderr))
+            append(line, &any_tried, "; tried: ", verdicts[i].name, "");
+}
+
 const char vw_effects_heading[] =
     "effect             on   called for  evidence          threshold  ms per step  bytes      which is";
 
 void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]) {
     char evidence[32] = "unknown", threshold[16] = "", cost_ms[16] = "", cost_bytes[16] = "";
-    if (isfinite(verdict->evidence)) snprintf(evidence, sizeof evidence, "%.4g", verdict->evidence);
+    if (isfinite(verdict->evidence)) snprintf(evidence, sizeof evidence, "%.2f", verdict->evidence);
     if (isfinite(verdict->evidence_stderr))
         snprintf(evidence, sizeof evidence, "%+.2f +- %.2f", verdict->evidence, verdict->evidence_stderr);
-    if (isfinite(verdict->threshold)) snprintf(threshold, sizeof threshold, "%.4g", verdict->threshold);
+    if (isfinite(verdict->threshold))
+        snprintf(threshold, sizeof threshold, verdict->threshold < 0.01 ? "above 0" : "%.2f", verdict->threshold);
     if (isfinite(verdict->ms_per_step)) snprintf(cost_ms, sizeof cost_ms, "%+.2g", verdict->ms_per_step);
     if (isfinite(verdict->device_bytes)) snprintf(cost_bytes, sizeof cost_bytes, "%+.0f", verdict->device_bytes);
     snprintf(line, VW_EFFECT_LINE_BYTES, "%-18s %-4s %-11s %-17s %-10s %-12s %-10s %s%s%s", verdict->name,

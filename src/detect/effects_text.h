@@ -1,4 +1,4 @@
-// The verdict on every effect as a line for people, and as the JSON of run.effects_json.
+// The verdicts on effects as one line, as a table for people, and as the JSON of run.effects_json.
 #ifndef VIEWWORTH_DETECT_EFFECTS_TEXT_H
 #define VIEWWORTH_DETECT_EFFECTS_TEXT_H
 
@@ -9,6 +9,8 @@
 
 enum { VW_EFFECT_LINE_BYTES = 640 };
 
+// Writes which effects are on and why, and which were tried: "distortion (files), unbounded (+2.2 dB); tried: sky".
+void vw_effects_to_line(const struct vw_effect_verdict *verdicts, uint32_t count, char line[VW_EFFECT_LINE_BYTES]);
 extern const char vw_effects_heading[];
 // Writes one line of the table, without its end.
 void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]);

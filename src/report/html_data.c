@@ -309,7 +309,7 @@ static int put_told(const struct vw_told *told, uint32_t image_count, json_t *ob
     json_t *columns = put_child(object, "told", json_object());
     int failed = !columns;
     for (uint32_t i = 0; i < image_count && !failed; i++)
-        failed = add(columns, "advice", vw_json_string(told[i].advice)) |
+        failed = add(columns, "advice", vw_json_string(vw_told_advice_name(told[i].advice))) |
                  add(columns, "reason", vw_json_string(told[i].reason));
     return failed;
 }
@@ -323,12 +323,12 @@ static int put_marks(const struct vw_advice *advice, uint32_t image_count, json_
            put_marked(advice, image_count, VW_ADVICE_LONE, "lone", object);
 }
 
-static enum vw_status put_advice(const struct vw_report_page *page, const struct vw_report_run *run, json_t *object) {
+static enum vw_status put_advice(const struct vw_report_run *run, json_t *object) {
     struct vw_worth_summary worth;
     struct vw_advice advice = {0};
     struct vw_told *told = NULL;
     enum vw_status status = vw_told_advise(run, &worth, &advice);
-    if (!status) status = vw_told_make(page, run, &advice, &told);
+    if (!status) status = vw_told_make(run, &advice, &told);
     json_t *marks = status ? NULL : put_child(object, "advice", json_object());
     if (!status && (!marks || put_marks(&advice, run->image_count, marks) || put_told(told, run->image_count, marks) ||
                     put(object, "accuracy", vw_html_accuracy(&worth))))
@@ -425,7 +425,7 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
     if (!status) status = put_repair(run, object);
     if (!status) status = put_credit(run, object);
-    if (!status) status = put_advice(page, run, object);
+    if (!status) status = put_advice(run, object);
     if (!status)
         status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
     if (!status)

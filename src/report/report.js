@@ -217,7 +217,7 @@ function qualitiesOf({scores: {quality}}) {
   return values;
 }
 
-const TIERS = {keep: 'helps', 'look at': 'look at', 'leave out': 'can be left out', 'cannot tell': 'cannot be told apart'};
+const TIERS = {keep: 'helps', look: 'look at', drop: 'can be left out', unclear: 'cannot be told apart'};
 function tierOf(image) { return TIERS[run().advice.told.advice[image]] || '–'; }
 
 function rankingColumns(rows) {

@@ -91,7 +91,7 @@ function whyAdvised(one) {
     '. Without one of the removable photos, a training loses less than another seed changes: take out one photo at a time.' + looks;
 }
 
-const TOLD = [['keep', 'Keep'], ['look at', 'Look at'], ['leave out', 'Can be left out'], ['cannot tell', 'Cannot tell']];
+const TOLD = [['keep', 'Keep'], ['look', 'Look at'], ['drop', 'Leave out'], ['unclear', 'Cannot tell']];
 const ROW_PHOTOS = 12;
 
 // Lists the photos that are told the same, the most telling first: the best to keep, elsewhere the worst.
@@ -112,7 +112,7 @@ function tellingPhoto(one, row) {
 // Draws a row of photos for each word of advice; that of photos to leave out only where there are some.
 function fillAdvised(one) {
   byId('advised').replaceChildren(...TOLD.map(([word, title]) => [word, title, toldPhotos(one, word)])
-    .filter(([word, , rows]) => rows.length || word !== 'leave out')
+    .filter(([word, , rows]) => rows.length || word !== 'drop')
     .map(([word, title, rows]) => element('div', {class: 'advised', 'data-word': word},
       element('h2', {}, title, element('span', {class: 'quiet'}, ' ' + grouped(rows.length))),
       element('div', {class: 'strip'}, ...rows.slice(0, ROW_PHOTOS).map(row => tellingPhoto(one, row)),

@@ -35,16 +35,6 @@ static bool stands_out(const json_t *exposures, const char *name) {
     return json_array_size(numbers) == 6 && (brightness > BRIGHT || brightness < 1 / BRIGHT);
 }
 
-// Parses the table of near-duplicates that lies beside the run; NULL: none. Owned by the caller.
-static json_t *read_duplicates(const struct vw_report_page *page, const struct vw_report_run *run) {
-    for (uint32_t i = 0; i < page->document_count; i++) {
-        const struct vw_report_document *document = &page->documents[i];
-        if (strcmp(document->file, "duplicates.csv") == 0 && strcmp(document->label, run->label) == 0)
-            return vw_json_load(document->json, strlen(document->json), 0, NULL);
-    }
-    return NULL;
-}
-
 static bool is_duplicate(const json_t *table, const char *name) {
     const json_t *rows = json_object_get(table, "rows"), *header = json_object_get(table, "header");
     size_t column = 0;
@@ -81,6 +71,11 @@ static enum vw_status summarise_worth(const struct vw_report_run *run, struct vw
     return run->retraining_count ? vw_worth_summarise(&input, worth) : VW_OK;
 }
 
+const char *vw_told_advice_name(enum vw_told_advice advice) {
+    static const char *const names[VW_TOLD_ADVICE_COUNT] = {NULL, "keep", "look", "unclear", "drop"};
+    return names[advice];
+}
+
 enum vw_status vw_told_advise(const struct vw_report_run *run, struct vw_worth_summary *worth,
                               struct vw_advice *advice) {
     enum vw_status status = summarise_worth(run, worth);
@@ -109,20 +104,19 @@ static void judge(const struct evidence *evidence, const struct vw_ledger_image 
                   struct vw_told *told) {
     bool helps = told->score && has_zero(told->score->method) && told->score->ci_low > 0;
     if (marks & VW_ADVICE_LOOK)
-        told->advice = "look at", told->reason = find_reason(evidence, image, "no reason found");
-    else if (marks & VW_ADVICE_LONE) told->advice = "keep", told->reason = "lone view";
+        told->advice = VW_TOLD_LOOK, told->reason = find_reason(evidence, image, "no reason found");
+    else if (marks & VW_ADVICE_LONE) told->advice = VW_TOLD_KEEP, told->reason = "lone view";
     else if (trusted && (marks & VW_ADVICE_REMOVABLE))
-        told->advice = "leave out", told->reason = find_reason(evidence, image, "adds little");
-    else if (trusted && (marks & VW_ADVICE_IRREPLACEABLE)) told->advice = "keep", told->reason = "among the best";
-    else if (trusted && helps) told->advice = "keep", told->reason = "helps";
-    else told->advice = "cannot tell", told->reason = find_reason(evidence, image, "within noise");
+        told->advice = VW_TOLD_DROP, told->reason = find_reason(evidence, image, "adds little");
+    else if (trusted && (marks & VW_ADVICE_IRREPLACEABLE)) told->advice = VW_TOLD_KEEP, told->reason = "among the best";
+    else if (trusted && helps) told->advice = VW_TOLD_KEEP, told->reason = "helps";
+    else told->advice = VW_TOLD_UNCLEAR, told->reason = find_reason(evidence, image, "within noise");
 }
 
-enum vw_status vw_told_make(const struct vw_report_page *page, const struct vw_report_run *run,
-                            const struct vw_advice *advice, struct vw_told **told) {
-    const char *effects = run->row->effects_json;
-    struct evidence evidence = {.effects = effects ? vw_json_load(effects, strlen(effects), 0, NULL) : NULL,
-                                .duplicates = read_duplicates(page, run)};
+static json_t *parse(const char *text) { return text ? vw_json_load(text, strlen(text), 0, NULL) : NULL; }
+
+enum vw_status vw_told_make(const struct vw_report_run *run, const struct vw_advice *advice, struct vw_told **told) {
+    struct evidence evidence = {.effects = parse(run->row->effects_json), .duplicates = parse(run->duplicates_json)};
     evidence.exposures = exposures_of(evidence.effects);
     *told = vw_allocate(run->image_count, sizeof **told);
     const char *method = run->score_count ? vw_value_main_method(run->scores, run->score_count) : "";
@@ -155,7 +149,7 @@ static void print_advice(FILE *stream, const void *context) {
         const struct vw_told *told = &table->told[i];
         const struct vw_ledger_score *score = told->score;
         if (!told->advice) continue;
-        vw_csv_print(stream, "t,t,t", table->run->images[i].name, told->advice, told->reason);
+        vw_csv_print(stream, "t,t,t", table->run->images[i].name, vw_told_advice_name(told->advice), told->reason);
         if (score)
             vw_csv_print(stream, ",r,r,r,t,t\n", score->value, score->ci_low, score->ci_high, score->unit,
                          score->method);
@@ -163,13 +157,12 @@ static void print_advice(FILE *stream, const void *context) {
     }
 }
 
-enum vw_status vw_report_make_advice_csv(const char *path, const struct vw_report_page *page,
-                                         const struct vw_report_run *run, struct vw_csv_text *made) {
+enum vw_status vw_report_make_advice_csv(const char *path, const struct vw_report_run *run, struct vw_csv_text *made) {
     struct vw_advice advice = {0};
     struct vw_worth_summary worth;
     struct vw_told *told = NULL;
     enum vw_status status = vw_told_advise(run, &worth, &advice);
-    if (!status) status = vw_told_make(page, run, &advice, &told);
+    if (!status) status = vw_told_make(run, &advice, &told);
     if (!status) status = vw_csv_make_text(path, print_advice, &(struct table){run, told}, made);
     vw_advice_free(&advice);
     free(told);

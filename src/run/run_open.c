@@ -99,11 +99,13 @@ static enum vw_status name_outputs(struct vw_run *run) {
 // ---- Effects -------------------------------------------------------------------------------------------------------
 
 static void log_effects(const struct vw_run *run) {
-    vw_log_info("%s", vw_effects_heading);
+    char line[VW_EFFECT_LINE_BYTES];
+    vw_effects_to_line(run->effects, run->effect_count, line);
+    vw_log_info("effects  %s", line);
+    vw_log_detail("%s", vw_effects_heading);
     for (uint32_t i = 0; i < run->effect_count; i++) {
-        char line[VW_EFFECT_LINE_BYTES];
         vw_effect_to_line(&run->effects[i], line);
-        vw_log_info("%s", line);
+        vw_log_detail("%s", line);
     }
 }
 

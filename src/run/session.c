@@ -76,7 +76,8 @@ enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct
     enum vw_status status = vw_effects_decide_cached(session->devices[0].gpu, session->scene, planned, session->effects,
                                                      &session->effect_count);
     if (!status)
-        vw_log_info("effects  decided in %.1f s (%.1f s of CPU time)", vw_now_s() - began_s, vw_cpu_s() - began_cpu_s);
+        vw_log_detail("effects  decided in %.1f s (%.1f s of CPU time)", vw_now_s() - began_s,
+                      vw_cpu_s() - began_cpu_s);
     return status;
 }
 

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "image/image.h"
 
 struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path,
@@ -66,13 +67,13 @@ enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *buil
     struct vw_scene *scene = builder->scene;
     enum vw_status status = VW_OK;
     if (builder->missing_count)
-        status = vw_scene_note(scene, "%u photos skipped: their image file does not exist (first: %s)",
-                               builder->missing_count, builder->missing_name);
+        status = vw_scene_note(scene, "%u photo%s skipped, without an image file (first: %s)", builder->missing_count,
+                               vw_plural(builder->missing_count), builder->missing_name);
     if (!status && builder->missing_count) scene->missing = scene->notes[scene->note_count - 1];
     if (!status && builder->rescaled_count)
         status =
-            vw_scene_note(scene, "%u photos: intrinsics scaled from the size in the scene file to that of the photo",
-                          builder->rescaled_count);
+            vw_scene_note(scene, "%u photo%s: intrinsics scaled from the size in the scene file to that of the photo",
+                          builder->rescaled_count, vw_plural(builder->rescaled_count));
     return status;
 }
 

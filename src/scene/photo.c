@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "image/image.h"
 #include "image/pixel.h"
 #include "scene/builder.h"
@@ -108,12 +109,12 @@ static enum vw_status read_files(struct vw_scene *scene, struct repairs *repairs
 static enum vw_status note_repairs(struct vw_scene *scene, const struct repairs *repairs) {
     enum vw_status status = VW_OK;
     if (repairs->clamped_views)
-        status = vw_scene_note(scene, "%u photos: %.3g %% of all pixel values are above 1 and were clamped",
-                               repairs->clamped_views,
+        status = vw_scene_note(scene, "%u photo%s: %.2g %% of all pixel values are above 1 and were clamped",
+                               repairs->clamped_views, vw_plural(repairs->clamped_views),
                                100.0 * (double)repairs->clamped_values / (double)repairs->value_count);
     if (!status && repairs->bad_views)
-        status = vw_scene_note(scene, "%u photos: %" PRIu64 " pixels are NaN, infinite or negative and were masked",
-                               repairs->bad_views, repairs->bad_pixels);
+        status = vw_scene_note(scene, "%u photo%s: %" PRIu64 " pixels are NaN, infinite or negative and were masked",
+                               repairs->bad_views, vw_plural(repairs->bad_views), repairs->bad_pixels);
     if (!status && repairs->unseen_pixels)
         status = vw_scene_note(scene, "%" PRIu64 " pixels are masked because the lens model has no inverse there",
                                repairs->unseen_pixels);

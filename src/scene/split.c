@@ -5,6 +5,7 @@
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "scene/builder.h"
 #include "scene/formats/nerfw_tsv.h"
 #include "scene/splits_file.h"
@@ -152,8 +153,8 @@ static enum vw_status assign_by_file(struct vw_scene_builder *builder, uint8_t *
         else if (builder->added[v]) view->split = VW_SPLIT_TRAIN;
     }
     return status || !absent ? status
-                             : vw_scene_note(scene, "%u photos that %s names are not in the scene; they are skipped",
-                                             absent, params->splits);
+                             : vw_scene_note(scene, "skipped %u photo%s that %s names: not in the scene", absent,
+                                             vw_plural(absent), params->splits);
 }
 
 enum vw_status vw_splits_assign(struct vw_scene_builder *builder) {

@@ -141,7 +141,7 @@ check "a scene of copies is valued" prints '^near-duplicates, together ' "$progr
 check "every group is found" test "$(table duplicates.csv 'SELECT count(*), count(DISTINCT "group") FROM t')" = '24|12'
 check "copies stand beside their originals" test "$(table duplicates.csv "SELECT DISTINCT count(*), min(provider), max(provider),
     abs(sum(value) - max(group_value)) < 1e-9 FROM t GROUP BY \"group\"")" = '2|anna|bob|1'
-check "that they are of two providers is said" grep -q '^warning: 12 groups .* belong to several providers (first: view_001)' \
+check "that they are of two providers is said" grep -q '^warning: 12 groups .* with several providers (first: view_001)' \
     "$folder/stderr"
 printf 'view_016\nview_008\n' >"$folder/val.txt"
 printf 'view_00%d\n' 0 1 2 3 4 5 6 7 >"$folder/train.txt"
@@ -149,5 +149,5 @@ out=$folder/leak
 check "copies of validation photos are valued" prints '' "$program" value "$folder/twice.json" --out "$out" "${tiny[@]}" \
     --train "$folder/train.txt" --val "$folder/val.txt"
 check "that they know what is validated is said" \
-    grep -q '^warning: 1 groups .* contain both training and validation photos (first: view_000)' "$folder/stderr"
+    grep -q '^warning: 1 group of .* with both training and validation photos (first: view_000)' "$folder/stderr"
 conclude "$@"

@@ -248,8 +248,8 @@ cp "$scene/images/1.png" "$scene/images/4.png"
 transforms '"fl_x": 8,' "${good[@]}" "$(frame images/3.png)" "$(frame images/4.png)" "$(frame images/lost.png)"
 check "a photo that is missing does not stop a run" "$program" value "$scene" --out "$folder/lost" --quiet "${tiny[@]}" "${device[@]}" \
     2>"$folder/stderr"
-check "it is a warning" grep -q 'warning: .*1 photos skipped: their image file does not exist (first: images/lost.png)' "$folder/stderr"
-check "and stands in the report" grep -q 'photos skipped.*lost.png' "$folder/lost/report.html"
+check "it is a warning" grep -q 'warning: .*1 photo skipped, without an image file (first: images/lost.png)' "$folder/stderr"
+check "and stands in the report" grep -q 'photo skipped.*lost.png' "$folder/lost/report.html"
 mkdir "$folder/elsewhere"
 cp "$program" "$folder/elsewhere/viewworth"
 keep_program=$program

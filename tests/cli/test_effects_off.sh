@@ -16,18 +16,20 @@ done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
+list_effects() { # in the registry's order
+    "$program" info scenes/clean.json --pilot-steps 0 --quiet --json | sed -nE '/"effects": /,$ s/.*"name": "(.*)".*/\1/p'
+}
+
 # What the comparison depends on. Chosen effects are always compared.
 if [[ $# -eq 1 ]]; then
-    "$program" info scenes/clean.json --pilot-steps 0 --quiet >"$work/info"
     spirv-opt --version >"$work/tool"
-    sed -n '/^effect /,$p' "$work/info" | awk '{print $1}' >"$work/effects"
+    list_effects >"$work/effects"
     # shellcheck disable=SC2046
     skip_unchanged "$(dirname "$program")/test_effects_off.passed" tests/cli/test_effects_off.sh tests/cli/spirv_code.awk \
         "$work/tool" "$work/effects" $(find shaders -type f | sort)
 fi
 
-# Registry names, in order: first column of the table.
-mapfile -t effects < <("$program" info scenes/clean.json --pilot-steps 0 --quiet | sed -n '/^effect /,$p' | tail -n +2 | awk '{print $1}')
+mapfile -t effects < <(list_effects)
 # "stem define" of every shader.
 mapfile -t shaders < <(sed -nE 's/^viewworth_add_shader\(([a-z_/]+)( VARIANT [a-z]+ DEFINE ([A-Z_]+))?\).*/\1 \3/p' shaders/list.cmake)
 

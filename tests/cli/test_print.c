@@ -4,6 +4,7 @@
 
 #include "base/text.h"
 #include "cli/output/print.h"
+#include "cli/output/ranking.h"
 #include "support/printed.h"
 #include "viewworth/log.h"
 
@@ -135,4 +136,68 @@ TEST(a_shell_takes_an_advised_path_as_one_word) {
     command = printed_on(stdout, print_advice, "-r f");
     assert_string_equal(command, "printf %s './-r f'");
     free(command);
+}
+
+TEST(durations_are_for_people) {
+    static const struct {
+        double seconds;
+        const char *text;
+    } cases[] = {{0.44, "0.4 s"}, {45.3, "45 s"}, {180, "3 min"}, {5900, "98 min"}, {9000, "2.5 h"}, {172800, "48 h"}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        char text[VW_DURATION_BYTES];
+        vw_text_duration(cases[i].seconds, text);
+        assert_string_equal(text, cases[i].text);
+    }
+    assert_string_equal(vw_plural(1), "");
+    assert_string_equal(vw_plural(0), "s");
+}
+
+TEST(a_shared_folder_is_whole) {
+    assert_int_equal(vw_text_shared_folder("images/01.jpg", 13, "images/02.jpg"), 7);
+    assert_int_equal(vw_text_shared_folder("images/01.jpg", 7, "images2/01.jpg"), 0);
+    assert_int_equal(vw_text_shared_folder("a/b/1", 5, "a/b"), 2);
+    assert_int_equal(vw_text_shared_folder("1", 1, "1"), 0);
+}
+
+// ---- Photos in their order ----
+
+static void print_ranking(const void *context) { vw_ranking_print(context, "high", "low"); }
+
+// Few validation photos tell no ranks, and the program says why.
+TEST(ranks_need_four_validation_photos) {
+    struct vw_ledger_image images[8];
+    const struct vw_ledger_score scores[] = {{.image_id = 1,
+                                              .method = "worth_psnr",
+                                              .value = 2.34567,
+                                              .unit = "dB",
+                                              .ci_low = NAN,
+                                              .ci_high = NAN,
+                                              .rank_ci_low = 1,
+                                              .rank_ci_high = 1},
+                                             {.image_id = 0,
+                                              .method = "worth_psnr",
+                                              .value = 1,
+                                              .unit = "dB",
+                                              .ci_low = NAN,
+                                              .ci_high = NAN,
+                                              .rank_ci_low = 2,
+                                              .rank_ci_high = 2}};
+    char names[8][16];
+    for (uint32_t i = 0; i < 8; i++) {
+        snprintf(names[i], sizeof names[i], "images/%u.jpg", i);
+        images[i] = (struct vw_ledger_image){.image_id = i,
+                                             .name = names[i],
+                                             .split = i < 2   ? "train"
+                                                      : i < 5 ? "val"
+                                                              : "test"};
+    }
+    const struct vw_ranking ranking = {.scores = scores, .count = 2, .images = images, .image_count = 8};
+    AUTO_FREE char *few = printed_on(stdout, print_ranking, &ranking);
+    assert_non_null(strstr(few, "+2.35 dB  1.jpg\n"));
+    assert_non_null(
+        strstr(few, "\nno rank intervals: 3 validation photos cannot tell how others would rank (at least 4 can)\n"));
+    images[5].split = "val";
+    AUTO_FREE char *enough = printed_on(stdout, print_ranking, &ranking);
+    assert_non_null(strstr(enough, "+2.35 dB  rank 1-1  1.jpg\n"));
+    assert_null(strstr(enough, "no rank"));
 }

@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "detect/decide.h"
+#include "detect/effects_text.h"
 #include "detect/photometric.h"
 #include "detect/pilots.h"
 #include "detect/points.h"
@@ -42,6 +43,22 @@ static const struct vw_effect_verdict *verdict_of(const struct vw_effect_verdict
 }
 
 TEST(recipes_show_their_facts) { detection_check(1, 1, false); }
+
+TEST(a_line_names_effects_with_their_reasons) {
+    struct vw_effect_verdict verdicts[] = {
+        {.name = "distortion", .evidence_stderr = NAN, .called_for = true, .on = true},
+        {.name = "masks", .evidence_stderr = NAN, .called_for = true},
+        {.name = "sky", .evidence = 1.74, .evidence_stderr = 0.27},
+        {.name = "unbounded", .evidence = 2.24, .evidence_stderr = 0.3, .called_for = true, .on = true},
+        {.name = "occupancy", .evidence_stderr = NAN, .on = true},
+        {.name = "pose", .evidence_stderr = NAN}};
+    char line[VW_EFFECT_LINE_BYTES];
+    vw_effects_to_line(verdicts, VW_ARRAY_COUNT(verdicts), line);
+    assert_string_equal(
+        line, "distortion (files), unbounded (+2.2 dB), occupancy (--effects); called for, but off: masks; tried: sky");
+    vw_effects_to_line(verdicts + 5, 1, line);
+    assert_string_equal(line, "none");
+}
 
 // Without points, too: pilots need none. The search is greedy: what gains beside nothing is told beside what was
 // chosen.
@@ -102,6 +119,7 @@ TEST(unbounded_replaces_a_sky) {
         assert_non_null(strstr(unbounded->measured_on, "beside sky, taken unless surely worse"));
         assert_int_equal(sky->on, !longer);
         assert_int_equal(unbounded->on, longer);
+        assert_int_equal(strstr(sky->measured_on, "; unbounded was taken instead") != NULL, longer);
     }
 }
 

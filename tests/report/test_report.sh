@@ -30,6 +30,7 @@ check "another seed" value other --seed 1 --no-thumbnails
 cp "$folder/run/report.html" "$folder/first.html"
 check "report makes the same again, from the ledger and the scene" eval 'report "$folder/run" &&
     cmp "$folder/run/report.html" "$folder/first.html"'
+check "advice.csv has the four words" eval '! tail -n +2 "$folder/run/advice.csv" | grep -qvE "^[^,]+,(keep|look|unclear|drop),."'
 check "with thumbnails" grep -q 'data:image/webp;base64,UklGR' "$folder/first.html"
 check "without, when asked" eval '! grep -q "data:image/webp" "$folder/other/report.html"'
 check "--to writes elsewhere" report "$folder/run" --to "$folder/bare.html" --no-thumbnails

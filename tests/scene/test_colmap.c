@@ -58,7 +58,7 @@ static void check_test_scene(const struct vw_scene *scene, const struct colmap_t
     assert_true(radial->focal_x_px == 10.25 && radial->focal_y_px == 10.25 && radial->centre_x_px == 4.125 &&
                 radial->centre_y_px == 2.875);
     assert_true(radial->k1 == -0.03125 && radial->k2 == 0);
-    assert_non_null(strstr(scene->notes[0], "1 photos: intrinsics scaled"));
+    assert_non_null(strstr(scene->notes[0], "1 photo: intrinsics scaled"));
 }
 
 static void check_points(const struct vw_scene *scene) {
@@ -154,7 +154,7 @@ FOLDER_TEST(a_model_lies_in_one_of_two_folders) {
     struct vw_scene *scene = open_colmap(dense);
     assert_int_equal(scene->view_count, 2); // the third photo is missing, which is noted
     assert_string_equal(scene->views[1].name, "dense/images/b.png");
-    assert_non_null(strstr(scene->notes[0], "1 photos skipped"));
+    assert_non_null(strstr(scene->notes[0], "1 photo skipped"));
     assert_non_null(strstr(scene->notes[0], "sub/c d.png"));
     assert_ptr_equal(scene->missing, scene->notes[0]);
 }

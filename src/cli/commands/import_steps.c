@@ -1,5 +1,6 @@
 #include <inttypes.h>
 
+#include "base/text.h"
 #include "cli/commands/commands.h"
 #include "cli/output/print.h"
 #include "run/imported/import_steps.h"
@@ -17,8 +18,9 @@ static json_t *to_json(const char *log, const struct vw_import_result *result) {
 }
 
 static void print_text(const struct vw_import_result *result) {
-    vw_print("imported  %" PRIu64 " steps on %u photos in %u epochs\n", result->statistics.steps, result->photos,
-             result->epochs);
+    vw_print("imported  %" PRIu64 " step%s on %u photo%s in %u epoch%s\n", result->statistics.steps,
+             vw_plural(result->statistics.steps), result->photos, vw_plural(result->photos), result->epochs,
+             vw_plural(result->epochs));
     vw_print("validation PSNR  %.2f dB after the last step\n", result->statistics.last_val_psnr_db);
     vw_print("ledger   %s\nscores   %s\n", result->ledger_path, result->scores_path);
     vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", result->head);

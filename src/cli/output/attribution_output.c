@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 #include "report/tables.h"
@@ -29,8 +30,7 @@ static void print_groups(const struct vw_attribution *attribution, const char *m
         if (strcmp(group->method, method) != 0 || ++count > SHOWN_ROWS) continue;
         if (count == 1) vw_print("providers (%s, %s ± standard error)\n", method, meaning);
         print_value(group->value, group->standard_error, group->unit);
-        vw_print("%s (%u photo%s)\n", provider_of(group->provider), group->photo_count,
-                 group->photo_count == 1 ? "" : "s");
+        vw_print("%s (%u photo%s)\n", provider_of(group->provider), group->photo_count, vw_plural(group->photo_count));
     }
     print_more(count, SHOWN_ROWS, attribution->providers_path);
 }
@@ -71,7 +71,7 @@ static void print_payout(const struct vw_payout *payout) {
     vw_amount_range_to_text(payout->interval, low, high);
     vw_print("  %14s  [%s, %s]  %s", amount, *low ? low : "?", *high ? high : "?", payout->provider);
     if (payout->alike_count)
-        vw_print(" (not told apart from %u other%s)", payout->alike_count, payout->alike_count == 1 ? "" : "s");
+        vw_print(" (not told apart from %u other%s)", payout->alike_count, vw_plural(payout->alike_count));
     vw_print("\n");
 }
 
@@ -105,7 +105,7 @@ static void print_payouts(const struct vw_attribution *attribution) {
 static void print_duplicate(const struct vw_duplicate_score *row) {
     if (row->score) print_value(row->score->value, row->score->standard_error, row->score->unit);
     else vw_print("  validates  ");
-    vw_print("%s, %s, similarity %.4f\n", row->image->name, provider_of(row->image->provider), row->similarity);
+    vw_print("%s, %s, similarity %.2f\n", row->image->name, provider_of(row->image->provider), row->similarity);
 }
 
 static void print_duplicates(const struct vw_attribution *attribution) {

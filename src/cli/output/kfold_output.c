@@ -17,7 +17,7 @@ static void print_folds(const struct vw_kfold *kfold) {
                  fold->steps, fold->first_val_psnr_db, fold->last_val_psnr_db);
     }
     if (kfold->agreement.pairs)
-        vw_print("agreement of two folds on the photos that both train on: rho %.3f [%.3f %.3f]\n",
+        vw_print("agreement of two folds on the photos that both train on: rho %.2f [%.2f %.2f]\n",
                  kfold->agreement.mean, kfold->agreement.lowest, kfold->agreement.highest);
 }
 
@@ -58,8 +58,11 @@ static json_t *to_json(const struct vw_kfold *kfold, const struct vw_ranking *ra
 
 enum vw_status vw_kfold_print(const struct vw_kfold *kfold, bool json) {
     struct vw_ledger_score *scores = NULL;
-    struct vw_ranking ranking = {
-        .scene = kfold->session.scene, .qualities = kfold->scores, .quality_count = kfold->score_count};
+    const struct vw_scene *scene = kfold->session.scene;
+    struct vw_ranking ranking = {.scene = scene,
+                                 .qualities = kfold->scores,
+                                 .quality_count = kfold->score_count,
+                                 .judge_count = scene->split_count[VW_SPLIT_TRAIN] + scene->split_count[VW_SPLIT_VAL]};
     enum vw_status status =
         vw_scores_rank(kfold->scores, kfold->score_count, vw_value_default_method, &scores, &ranking.count);
     ranking.scores = scores;

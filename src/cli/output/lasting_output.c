@@ -27,13 +27,13 @@ static bool is_trusted(double gate) { return gate >= vw_lasting_gate_least; } //
 
 static void print_growth(const struct vw_lasting_growth *growth, bool trusted) {
     if (growth->factor > GROWTH_WORTH_A_WORD)
-        vw_print("         the gradient grew %.3g-fold during the backward pass, from step %" PRIu64 " to step %" PRIu64
+        vw_print("         the gradient grew %.1f-fold during the backward pass, from step %" PRIu64 " to step %" PRIu64
                  "%s\n",
                  growth->factor, growth->last_step, growth->first_step,
                  trusted ? "" : ": small errors grow with it; a lower --lr helps");
     else if (!trusted)
         vw_print(
-            "         the gradient did not grow during the backward pass (%.3g-fold at most): the changes of "
+            "         the gradient did not grow during the backward pass (%.1f-fold at most): the changes of "
             "the gate may be too large for a first-order prediction, or too small to measure; more --val-rays help\n",
             growth->factor);
 }

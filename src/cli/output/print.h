@@ -9,7 +9,7 @@
 #include "viewworth/status.h"
 
 // Digits after the point of every score that is printed.
-#define VW_SCORE_DIGITS ".4"
+#define VW_SCORE_DIGITS ".2"
 
 // Prints to stdout as printf does, but the text cannot control a terminal: it replaces what vw_text_make_line()
 // replaces, except the line ends of `format`. main() reports a failure to write.

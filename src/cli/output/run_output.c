@@ -19,7 +19,7 @@ static void print_plan(const struct vw_plan *plan, const struct vw_config *confi
     char text[VW_ACCURACY_TEXT_BYTES];
     vw_accuracy_options(config, text);
     if (vw_plan_keeps_time(plan))
-        vw_print("budget   %g s; this command took %.1f s\n", plan->budget_s, vw_now_s() - plan->started_s);
+        vw_print("budget   %.0f s; this command took %.1f s\n", plan->budget_s, vw_now_s() - plan->started_s);
     vw_print("again    the same bits by %s\n", text);
 }
 
@@ -41,7 +41,7 @@ static void print_stability(const struct vw_stability *stability, double wanted,
                  stability->epochs, VW_STABILITY_EPOCHS_MIN);
         return;
     }
-    vw_print("%s after epoch %u: at the last %d ends of an epoch, scores correlate %.3f or better with those of half "
+    vw_print("%s after epoch %u: at the last %d ends of an epoch, scores correlate %.2f or better with those of half "
              "the epochs (Spearman; wanted %g)%s\n",
              stable ? "stable  " : "not stable", config->burn_in_epochs + stability->epochs, VW_STABILITY_ENDS,
              stability->correlation, wanted, stable ? "" : "; increase --epochs");

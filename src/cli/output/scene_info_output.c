@@ -75,9 +75,9 @@ static void print_cameras(const struct description *description) {
     vw_print("cameras  %u distinct\n", description->camera_count);
     for (uint32_t i = 0; i < description->camera_count && i < SHOWN; i++) {
         const struct vw_camera *camera = &description->cameras[i].camera;
-        vw_print("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photos\n", camera->width_px,
+        vw_print("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photo%s\n", camera->width_px,
                  camera->height_px, camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
-                 lens_name(camera), description->cameras[i].view_count);
+                 lens_name(camera), description->cameras[i].view_count, vw_plural(description->cameras[i].view_count));
     }
     if (description->camera_count > SHOWN)
         vw_print("         and %u more (--json has all)\n", description->camera_count - SHOWN);
@@ -87,8 +87,8 @@ static void print_points(const struct description *description) {
     const struct vw_scene *scene = description->scene;
     if (scene->point_count) vw_print("points   %u, seen %u times\n", scene->point_count, scene->track_count);
     if (description->ranged_count)
-        vw_print("depths   %.6g to %.6g world units, from the points that %u photos see\n", description->near_world,
-                 description->far_world, description->ranged_count);
+        vw_print("depths   %.2f to %.2f world units, from the points that %u photo%s see\n", description->near_world,
+                 description->far_world, description->ranged_count, vw_plural(description->ranged_count));
 }
 
 // A photo and how bright it is beside the median one.
@@ -140,10 +140,26 @@ static void print_estimate(const struct vw_estimate *estimate) {
     }
     vw_print("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",
              (double)estimate->device_bytes / 0x1p20, estimate->param_count);
-    vw_print("time     about %.3g s for the %" PRIu64
-             " steps of value with default options (%.3g ms per step, from %" PRIu64 " steps on %s)\n",
-             estimate->seconds_per_step * (double)estimate->steps, estimate->steps, 1e3 * estimate->seconds_per_step,
-             estimate->measured_steps, estimate->device);
+    char time[VW_DURATION_BYTES];
+    vw_text_duration(estimate->seconds_per_step * (double)estimate->steps, time);
+    vw_print("time     about %s for value with default options: %" PRIu64 " steps of %.1f ms (on %s)\n", time,
+             estimate->steps, 1e3 * estimate->seconds_per_step, estimate->device);
+}
+
+// Prints the line of effects and the table of those that anything was measured of.
+static void print_effects(const struct vw_scene_info *info) {
+    char line[VW_EFFECT_LINE_BYTES];
+    vw_effects_to_line(info->effects, info->effect_count, line);
+    vw_print("effects  %s\n\n%s\n", line, vw_effects_heading);
+    for (uint32_t i = 0; i < info->effect_count; i++) {
+        if (!info->effects[i].on && isnan(info->effects[i].evidence)) continue;
+        vw_effect_to_line(&info->effects[i], line);
+        vw_print("%s\n", line);
+    }
+    vw_print("unknown, and off:");
+    for (uint32_t i = 0; i < info->effect_count; i++)
+        if (!info->effects[i].on && isnan(info->effects[i].evidence)) vw_print(" %s", info->effects[i].name);
+    vw_print("\n");
 }
 
 // Prints what the commands take on this device at every accuracy level.
@@ -170,10 +186,11 @@ static void print_text(const struct description *description) {
     for (int split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED; split++)
         vw_print(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "");
     vw_print("\n");
-    vw_print("alpha    %s\n", scene->has_alpha ? "some photos have transparent pixels" : "no transparent pixels");
-    if (scene->masked_view_count) vw_print("masks    %u photos have one; white keeps\n", scene->masked_view_count);
+    if (scene->has_alpha) vw_print("alpha    some photos have transparent pixels\n");
+    if (scene->masked_view_count)
+        vw_print("masks    %u photo%s; white keeps\n", scene->masked_view_count, vw_plural(scene->masked_view_count));
     print_cameras(description);
-    vw_print("bounds   centre %.6g %.6g %.6g, half extent %.6g world units (%s)\n", box->centre_world[0],
+    vw_print("bounds   centre %.2f %.2f %.2f, half extent %.2f world units (%s)\n", box->centre_world[0],
              box->centre_world[1], box->centre_world[2], box->half_extent_world, scene->box_source);
     if (scene->track_count)
         vw_print("         %u of %u observations of points lie outside\n", vw_scene_count_outside(scene, box),
@@ -183,12 +200,7 @@ static void print_text(const struct description *description) {
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     print_estimate(&description->info->estimate);
     print_prices(description->info);
-    vw_print("\n%s\n", vw_effects_heading);
-    for (uint32_t i = 0; i < description->info->effect_count; i++) {
-        char line[VW_EFFECT_LINE_BYTES];
-        vw_effect_to_line(&description->info->effects[i], line);
-        vw_print("%s\n", line);
-    }
+    print_effects(description->info);
 }
 
 // ---- As JSON: NULL when memory is short ----------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 #include "viewworth/value.h"
@@ -72,10 +73,12 @@ static void print_knee(const struct vw_sweep *sweep, const char *what, size_t of
         bool near = real_at(metric, offset) >= real_at(best, offset) - tolerance;
         if (is_choice(metric) && near && (!knee || metric->run_seconds < knee->run_seconds)) knee = metric;
     }
-    if (knee)
-        vw_print("knee     %s: %s reaches %.*f in %.3g s; the best, %s, %.*f in %.3g s\n", what, knee->configuration,
-                 digits, real_at(knee, offset), knee->run_seconds, best->configuration, digits, real_at(best, offset),
-                 best->run_seconds);
+    if (!knee) return;
+    char time[VW_DURATION_BYTES], best_time[VW_DURATION_BYTES];
+    vw_text_duration(knee->run_seconds, time);
+    vw_text_duration(best->run_seconds, best_time);
+    vw_print("knee     %s: %s reaches %.*f in %s; the best, %s, %.*f in %s\n", what, knee->configuration, digits,
+             real_at(knee, offset), time, best->configuration, digits, real_at(best, offset), best_time);
 }
 
 // Configurations that measure other pixels than the base have no PSNR.
@@ -86,9 +89,9 @@ static void print_missing_psnr(const struct vw_sweep *sweep) {
 }
 
 static void print_text(const struct vw_sweep *sweep) {
-    vw_print("%s: %u configurations, %u seeds each, scores by %s\n\n%-*s", sweep->params->common.scene.path,
-             sweep->configurations->count, sweep->params->common.seeds, vw_value_default_method, NAME_WIDTH,
-             "configuration");
+    vw_print("%s: %u configurations, %u seed%s each, scores by %s\n\n%-*s", sweep->params->common.scene.path,
+             sweep->configurations->count, sweep->params->common.seeds, vw_plural(sweep->params->common.seeds),
+             vw_value_default_method, NAME_WIDTH, "configuration");
     for (int c = 0; c < COLUMN_COUNT; c++)
         if (is_used(sweep, &columns[c])) vw_print("  %*s", columns[c].width, columns[c].title);
     vw_print("  Pareto front\n");

@@ -15,7 +15,7 @@ static void print_signs(const struct vw_ranking *ranking) {
         helpful += ranking->scores[i].ci_low > 0;
         harmful += ranking->scores[i].ci_high < 0;
     }
-    vw_print("signs    %u photos help and %u harm beyond their 95 %% intervals; %u may do either\n", helpful, harmful,
+    vw_print("signs    %u help and %u harm beyond their 95 %% intervals; %u may do either\n", helpful, harmful,
              ranking->count - helpful - harmful);
 }
 
@@ -29,7 +29,7 @@ static void print_claims(const struct vw_worth_summary *summary) {
         vw_print("\n");
     }
     if (isfinite(summary->noise_db))
-        vw_print("noise    %u trainings on all photos differ by %.3f dB: no score can exceed about %.2f\n",
+        vw_print("noise    %u trainings on all photos differ by %.2f dB: no score can exceed about %.2f\n",
                  summary->repeat_count, summary->noise_db, summary->ceiling);
     if (!(summary->claims[0].accuracy.ci_low > 0))
         vw_print(

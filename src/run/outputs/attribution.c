@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "report/tables.h"
 #include "run/out_folder.h"
 #include "run/scoring.h"
@@ -175,13 +176,13 @@ static void warn(const struct vw_attribution *attribution) {
     }
     if (shared)
         vw_log_warning(
-            "%u groups of near-duplicates belong to several providers (first: %s); each copy earns credit, so "
-            "pay for one photo of each group",
-            shared_count, shared->image->name);
+            "%u group%s of near-duplicates with several providers (first: %s); each copy earns credit, so pay for one "
+            "photo of each group",
+            shared_count, vw_plural(shared_count), shared->image->name);
     if (leaked)
-        vw_log_warning("%u groups of near-duplicates contain both training and validation photos (first: %s), which "
+        vw_log_warning("%u group%s of near-duplicates with both training and validation photos (first: %s), which "
                        "inflates their scores; exclude one side",
-                       leaked_count, leaked->image->name);
+                       leaked_count, vw_plural(leaked_count), leaked->image->name);
 }
 
 enum vw_status vw_attribution_make(const struct vw_scene *scene, struct vw_ledger *ledger,

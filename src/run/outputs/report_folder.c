@@ -79,8 +79,17 @@ static struct vw_checksums *in_hand_of(const struct gathering *gathering, const 
     return gathering->out && !strcmp(gathering->out, folder) ? gathering->in_hand : NULL;
 }
 
+// Returns the table of near-duplicates that lies beside a run; NULL: none.
+static const char *duplicates_of(const struct gathering *gathering, const struct held_run *run) {
+    for (size_t i = 0; i < gathering->files.count; i++) {
+        const struct vw_report_document *document = &gathering->files.documents[i];
+        if (!strcmp(document->file, "duplicates.csv") && !strcmp(document->label, run->folder)) return document->json;
+    }
+    return NULL;
+}
+
 // Returns the view of a run that the page borrows.
-static struct vw_report_run run_of_page(const struct held_run *run) {
+static struct vw_report_run run_of_page(const struct gathering *gathering, const struct held_run *run) {
     return (struct vw_report_run){
         .label = run->folder,
         .row = &run->recorded.row,
@@ -103,6 +112,7 @@ static struct vw_report_run run_of_page(const struct held_run *run) {
         .map_json = run->texts.map,
         .residuals_json = run->texts.residuals,
         .reconstruction_json = run->texts.reconstruction,
+        .duplicates_json = duplicates_of(gathering, run),
     };
 }
 
@@ -258,7 +268,7 @@ static enum vw_status write_advice(struct gathering *gathering, const struct vw_
         const struct vw_report_run *run = &page->runs[i];
         if (strcmp(run->label, gathering->out) != 0 || !run->score_count) continue;
         struct vw_csv_text table = {0};
-        enum vw_status status = vw_report_make_advice_csv(VW_ADVICE_FILE, page, run, &table);
+        enum vw_status status = vw_report_make_advice_csv(VW_ADVICE_FILE, run, &table);
         return vw_result_write_table(status, gathering->out, VW_ADVICE_FILE, &table, gathering->in_hand);
     }
     return VW_OK;
@@ -268,7 +278,7 @@ static enum vw_status write_page(struct gathering *gathering, const char *to, ch
     struct vw_report_run *runs = vw_allocate(gathering->run_count, sizeof *runs);
     char *methods_json = runs ? methods_to_json() : NULL;
     enum vw_status status = methods_json ? VW_OK : VW_ERROR_MEMORY;
-    for (size_t i = 0; runs && i < gathering->run_count; i++) runs[i] = run_of_page(&gathering->runs[i]);
+    for (size_t i = 0; runs && i < gathering->run_count; i++) runs[i] = run_of_page(gathering, &gathering->runs[i]);
     if (!status) status = lend_to_comparisons(gathering, runs);
     const struct vw_report_page page = {.version = vw_version(),
                                         .default_method = vw_value_default_method,

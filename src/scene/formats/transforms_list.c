@@ -10,6 +10,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "scene/builder.h"
 #include "scene/formats/photo_list.h"
 #include "scene/formats/transforms.h"
@@ -145,8 +146,8 @@ static enum vw_status check_seen(const struct writer *writer) {
     for (uint32_t i = 0; i < writer->list->photo_count; i++)
         if (!writer->seen[i]) return vw_photo_list_refuse_missing(writer->list, &writer->list->photos[i]);
     if (writer->unknown_count)
-        vw_log_warning("%u frames of %s are left out because their photo was not valued (first: %s)",
-                       writer->unknown_count, writer->list->scene_path, writer->first_unknown);
+        vw_log_warning("left out %u frame%s of %s whose photo was not valued (first: %s)", writer->unknown_count,
+                       vw_plural(writer->unknown_count), writer->list->scene_path, writer->first_unknown);
     return VW_OK;
 }
 
