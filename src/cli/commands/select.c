@@ -14,6 +14,7 @@
 #include "ledger/find_image.h"
 #include "run/imported/imported_run.h"
 #include "run/recorded/scored_run.h"
+#include "scene/formats/scene_copy.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -47,7 +48,7 @@ static enum vw_status check_verify(const struct vw_options *options, int rule_co
                        rule_count ? "the rule" : "--method");
     if (seeds_of(options) < 2)
         return vw_fail(VW_ERROR_USAGE, "select: --verify needs two --seeds or more, for an interval");
-    if (vw_file_exists(options->to) && !vw_folder_exists(options->to))
+    if (options->to && vw_file_exists(options->to) && !vw_folder_exists(options->to))
         return vw_fail(VW_ERROR_USAGE, "--to %s: exists; name a new file, or remove that one", options->to);
     return VW_OK;
 }
@@ -59,8 +60,10 @@ static enum vw_status read_rule(const struct vw_options *options, struct vw_sele
         return vw_fail(VW_ERROR_USAGE,
                        "select: give one of --without-outliers, --positive, --significant, --not-harmful, "
                        "--top K|P%% and --drop K|P%%, not several");
-    if (!options->to || !*options->to)
-        return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
+    if ((!options->to || !*options->to) && !options->copy)
+        return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write, or a folder by --copy");
+    enum vw_status status = options->copy ? vw_scene_copy_check(options->copy) : VW_OK;
+    if (status) return status;
     if (options->verify) return check_verify(options, count);
     *params = (struct vw_selection_params){.method = options->method,
                                            .rule = options->positive      ? VW_SELECT_POSITIVE
@@ -106,9 +109,9 @@ static json_t *to_json(const struct selection_job *job) {
     json_t *names = json_array();
     for (uint32_t i = 0; i < job->selection.count; i++)
         vw_json_append(&names, json_string(name_of(job, job->selection.image_ids[i])));
-    return json_pack("{s:s, s:s, s:s, s:o, s:o*, s:o*, s:o*}", "path", job->options->to, "format", job->list.format,
-                     "method", methods_of(job), "selected", names, "left_out", outliers_to_json(job, false),
-                     "lone_views", outliers_to_json(job, true), "verified",
+    return json_pack("{s:s*, s:s*, s:s*, s:s, s:o, s:o*, s:o*, s:o*}", "path", job->options->to, "format",
+                     job->list.format, "copy", job->options->copy, "method", methods_of(job), "selected", names,
+                     "left_out", outliers_to_json(job, false), "lone_views", outliers_to_json(job, true), "verified",
                      job->options->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
 }
 
@@ -193,6 +196,12 @@ static void print_kept(const struct selection_job *job) {
 
 static void print_text(const struct selection_job *job) {
     print_kept(job);
+    if (job->options->copy) {
+        vw_print("copy    ");
+        vw_print_shell_path(job->options->copy);
+        vw_print(" (images, masks, sparse/0, transforms.json)\n");
+    }
+    if (!job->options->to) return;
     vw_print("list    ");
     vw_print_shell_path(job->options->to);
     vw_print(" (%s)\n", job->list.format);
@@ -211,6 +220,11 @@ static enum vw_status verify(struct selection_job *job) {
     if (status) return status;
     job->selection = job->verified.candidates.list[job->verified.chosen].selections[VW_HALF_BOTH];
     return VW_OK;
+}
+
+static enum vw_status copy(const struct selection_job *job) {
+    const struct vw_interrupt interrupt = vw_interrupt_watch();
+    return vw_selection_copy(&job->run, &job->selection, job->options->copy, &interrupt);
 }
 
 static enum vw_status print(const struct selection_job *job) {
@@ -232,6 +246,7 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
     if (!status) status = options->verify ? verify(&job) : vw_scored_run_select(&job.run, &job.params, &job.selection);
     if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
+    if (!status && options->copy) status = copy(&job);
     if (!status) status = print(&job);
     if (options->verify) vw_verified_selection_free(&job.verified);
     else vw_selection_free(&job.selection);
