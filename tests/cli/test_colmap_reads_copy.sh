@@ -46,6 +46,12 @@ for rule in '--drop 20%' '--top 5'; do
     check "its error is the tenth of a pixel" near "$(sed -nE 's/.*Mean reprojection error: (.*)px/\1/p' "$folder/stdout" "$folder/stderr")" \
         0.1 0.002
     check "it opens every photo" run colmap model_converter --input_path "$folder/copy/sparse/0" --output_path "$folder/copy" --output_type TXT
+    # A line of images.txt has an image's id first, the next one its features; a point has its id first, its track after seven more.
+    check "features and points name each other" awk '/^#/ { next }
+        FILENAME ~ /images/ && ++line % 2 { image = $1; next }
+        FILENAME ~ /images/ { for (i = 3; i <= NF; i += 3) if ($i >= 0) { point_of[image, i / 3 - 1] = $i; left++ } next }
+        { for (i = 9; i < NF; i += 2) if (point_of[$i, $(i + 1)] == $1) left--; else wrong = 1 }
+        END { exit wrong || left }' "$folder/copy/images.txt" "$folder/copy/points3D.txt"
     check "photos are where it looks for them" eval 'awk "!/^#/ && NR % 2 { sub(/.*[0-9] photo/, \"photo\"); print }" "$folder/copy/images.txt" |
         while read -r name; do test -s "$folder/copy/images/$name" || exit 1; done'
     rm -r "$folder/copy"

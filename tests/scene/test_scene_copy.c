@@ -152,6 +152,7 @@ FOLDER_TEST(points_are_cut_to_what_kept_photos_see) {
     static const char *const names[DENSE_PHOTOS] = {"0.png", "1.png", "2.png", "s/3.png",
                                                     "4.png", "5.png", "6.png", "7.png"};
     struct colmap_test_model model = colmap_dense_model(names);
+    memcpy(model.points[1].rgb, (const uint8_t[]){1, 254, 255}, sizeof model.points[1].rgb);
     model.points[0].track_count = 3;
     memcpy(model.points[0].tracks[2], (const uint32_t[]){12, 1}, sizeof model.points[0].tracks[2]);
     model.points[2] = (struct colmap_test_point){90, {1, 2, 3}, 0.5, {1, 2, 255}, 2, {{11, 0}, {12, 0}}};

@@ -25,8 +25,8 @@ static void set_camera(json_t **object, const struct vw_camera *camera) {
     vw_json_set(object, "camera_model", json_string(model_name(camera)));
     vw_json_set(object, "w", json_integer(camera->width_px));
     vw_json_set(object, "h", json_integer(camera->height_px));
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) // k4 to k6 only where they are used: OPENCV has none
-        if (i < 9 || numbers[i].value != 0) vw_json_set(object, numbers[i].key, json_real(numbers[i].value));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++)
+        if (i < 4 || numbers[i].value != 0) vw_json_set(object, numbers[i].key, json_real(numbers[i].value));
 }
 
 static json_t *pose_to_json(const double camera_to_world[3][4]) {
