@@ -202,6 +202,8 @@ double vw_camera_reach(const struct vw_camera *camera);
 double vw_camera_fold(const struct vw_camera *camera);
 // Returns whether the lens distorts; a fisheye always does.
 bool vw_camera_is_distorted(const struct vw_camera *camera);
+// Returns whether all numbers of two cameras are equal.
+bool vw_camera_same(const struct vw_camera *a, const struct vw_camera *b);
 
 VW_PUBLIC_END
 

@@ -39,6 +39,8 @@ bool vw_file_exists(const char *path); // a plain file: not a folder, and not a 
 bool vw_folder_exists(const char *path);
 // Creates a folder and its parents; an existing folder is fine.
 enum vw_status vw_folder_create(const char *path);
+// Removes a folder with all that is in it; links are removed, not followed. What cannot be removed stays.
+void vw_folder_remove(const char *path);
 // Returns "folder/name", owned by the caller; NULL if memory is short. An absolute `name` is returned unchanged.
 char *vw_path_join(const char *folder, const char *name);
 // Returns the folder part of a path ("." if it has none), owned by the caller.

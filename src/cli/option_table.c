@@ -59,9 +59,13 @@ const struct vw_option vw_option_table[] = {
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
     {"to", "PATH",
-     "File to write: the photo list of select (required), the image of render (.png or .exr, default "
+     "File to write: the photo list of select, the image of render (.png or .exr, default "
      "OUT/render_VIEW.png), or the page of report (default report.html in the first OUT)",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
+    {"copy", "DIR",
+     "Folder to make with the photos that select keeps and those that validate and test, their masks, a COLMAP model "
+     "and transforms.json, for other trainers; beside or instead of --to",
+     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, copy), COMMON},
     {"view", "NAME|N",
      "Photo to render: its name, also without folder and extension, or its index among the validation photos",
      VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},

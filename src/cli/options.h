@@ -73,7 +73,7 @@ struct vw_options {
     const char *parameters; // names of those that tradeoff changes
     const char *view;
     const char *cameras, *points; // files that export writes
-    const char *to;
+    const char *to, *copy;
     bool verify, quick, without_outliers, positive, significant, not_harmful;
     const char *top, *drop;
     const char *method; // the method that selects photos

@@ -186,6 +186,13 @@ static void distort_fisheye(const struct vw_camera *camera, double *x, double *y
 
 // ---- Both ----
 
+bool vw_camera_same(const struct vw_camera *a, const struct vw_camera *b) {
+    return a->width_px == b->width_px && a->height_px == b->height_px && a->focal_x_px == b->focal_x_px &&
+           a->focal_y_px == b->focal_y_px && a->centre_x_px == b->centre_x_px && a->centre_y_px == b->centre_y_px &&
+           a->lens == b->lens && a->k1 == b->k1 && a->k2 == b->k2 && a->k3 == b->k3 && a->k4 == b->k4 &&
+           a->k5 == b->k5 && a->k6 == b->k6 && a->p1 == b->p1 && a->p2 == b->p2;
+}
+
 bool vw_camera_is_distorted(const struct vw_camera *camera) {
     return camera->lens == VW_LENS_FISHEYE || camera->k1 != 0 || camera->k2 != 0 || camera->k3 != 0 ||
            camera->k4 != 0 || camera->k5 != 0 || camera->k6 != 0 || camera->p1 != 0 || camera->p2 != 0;

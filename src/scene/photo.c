@@ -131,8 +131,7 @@ enum vw_status vw_photos_read(struct vw_scene_builder *builder) {
     downscale_tracks(scene, builder->params->downscale);
     for (uint32_t v = 0; v < scene->view_count; v++)
         downscale_camera(&scene->views[v].camera, builder->params->downscale);
-    if (builder->params->headers_only) vw_photo_source_destroy(&scene->source);
-    else status = read_files(scene, &repairs);
+    if (!builder->params->headers_only) status = read_files(scene, &repairs);
     if (status) return status;
     for (int c = 0; c < 3; c++) scene->background[c] = scene->has_alpha ? 1 : 0; // white is Blender's convention
     return note_repairs(scene, &repairs);

@@ -48,6 +48,7 @@ enum vw_status vw_photo_source_create(struct vw_scene_builder *builder) {
                                        .photos = builder->photos,
                                        .view_count = scene->view_count,
                                        .downscale = builder->params->downscale,
+                                       .headers_only = builder->params->headers_only,
                                        .places = vw_allocate(scene->view_count, sizeof *source->places),
                                        .lock = PTHREAD_MUTEX_INITIALIZER,
                                        .asked = vw_allocate(scene->view_count, sizeof *source->asked)};
@@ -247,7 +248,7 @@ static enum vw_status decode(const struct vw_scene *scene, const uint32_t *views
 
 enum vw_status vw_scene_decode(const struct vw_scene *scene, const uint32_t *views, uint32_t count) {
     struct vw_photo_source *source = scene->source;
-    if (!source) return VW_OK;
+    if (!source || source->headers_only) return VW_OK;
     (void)pthread_mutex_lock(&source->lock);
     enum vw_status status = decode(scene, views, count);
     (void)pthread_mutex_unlock(&source->lock);

@@ -26,6 +26,7 @@ struct vw_photo_source {
     char *folder;                          // owned; no file may be outside of it
     struct vw_scene_builder_photo *photos; // owned; of each view
     uint32_t view_count, downscale;
+    bool headers_only; // nothing is hashed or decoded
     struct vw_pixel_store store;
     uint64_t *places;       // owned; of each view's pixels in the store, in bytes
     pthread_mutex_t lock;   // guards the fields below, and pixels that are not decoded yet

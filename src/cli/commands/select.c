@@ -14,6 +14,7 @@
 #include "ledger/find_image.h"
 #include "run/imported/imported_run.h"
 #include "run/recorded/scored_run.h"
+#include "scene/formats/scene_copy.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -52,7 +53,7 @@ static enum vw_status check_verify(const struct selection_job *job) {
     if (options->quick) return vw_fail(VW_ERROR_USAGE, "select: --quick verifies nothing; leave it out, or --verify");
     if (seeds_of(options) < 2)
         return vw_fail(VW_ERROR_USAGE, "select: a verified selection needs two --seeds or more, for an interval");
-    if (vw_file_exists(options->to) && !vw_folder_exists(options->to))
+    if (options->to && vw_file_exists(options->to) && !vw_folder_exists(options->to))
         return vw_fail(VW_ERROR_USAGE, "--to %s: exists; name a new file, or remove that one", options->to);
     return VW_OK;
 }
@@ -66,8 +67,10 @@ static enum vw_status read_rule(struct selection_job *job) {
         return vw_fail(VW_ERROR_USAGE,
                        "select: give one of --without-outliers, --positive, --significant, --not-harmful, "
                        "--top K|P%% and --drop K|P%%, not several");
-    if (!options->to || !*options->to)
-        return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
+    if ((!options->to || !*options->to) && !options->copy)
+        return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write, or a folder by --copy");
+    enum vw_status status = options->copy ? vw_scene_copy_check(options->copy) : VW_OK;
+    if (status) return status;
     job->has_rule = count || options->method;
     job->verify = options->verify || !(job->has_rule || options->quick);
     *params = (struct vw_selection_params){.method = options->method,
@@ -115,9 +118,9 @@ static json_t *to_json(const struct selection_job *job) {
     json_t *names = json_array();
     for (uint32_t i = 0; i < job->selection.count; i++)
         vw_json_append(&names, json_string(name_of(job, job->selection.image_ids[i])));
-    return json_pack("{s:s, s:s, s:s, s:o, s:o*, s:o*, s:o*}", "path", job->options->to, "format", job->list.format,
-                     "method", methods_of(job), "selected", names, "left_out", outliers_to_json(job, false),
-                     "lone_views", outliers_to_json(job, true), "verified",
+    return json_pack("{s:s*, s:s*, s:s*, s:s, s:o, s:o*, s:o*, s:o*}", "path", job->options->to, "format",
+                     job->list.format, "copy", job->options->copy, "method", methods_of(job), "selected", names,
+                     "left_out", outliers_to_json(job, false), "lone_views", outliers_to_json(job, true), "verified",
                      job->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
 }
 
@@ -209,6 +212,12 @@ static void print_unverified(const struct selection_job *job) {
 static void print_text(const struct selection_job *job) {
     print_kept(job);
     if (!job->verify) print_unverified(job);
+    if (job->options->copy) {
+        vw_print("copy    ");
+        vw_print_shell_path(job->options->copy);
+        vw_print(" (images, masks, sparse/0, transforms.json)\n");
+    }
+    if (!job->options->to) return;
     vw_print("list    ");
     vw_print_shell_path(job->options->to);
     vw_print(" (%s)\n", job->list.format);
@@ -252,6 +261,11 @@ static enum vw_status verify(struct selection_job *job) {
     return VW_OK;
 }
 
+static enum vw_status copy(const struct selection_job *job) {
+    const struct vw_interrupt interrupt = vw_interrupt_watch();
+    return vw_selection_copy(&job->run, &job->selection, job->options->copy, &interrupt);
+}
+
 static enum vw_status print(const struct selection_job *job) {
     if (job->options->positive)
         vw_log_warning("--positive: late in training the credits of all photos add up to about zero even if every "
@@ -272,6 +286,7 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     if (!status && vw_is_imported(&job.run.recorded.row)) job.verify = options->verify;
     if (!status) status = job.verify ? verify(&job) : vw_scored_run_select(&job.run, &job.params, &job.selection);
     if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
+    if (!status && options->copy) status = copy(&job);
     if (!status) status = print(&job);
     if (job.verify) vw_verified_selection_free(&job.verified);
     else vw_selection_free(&job.selection);

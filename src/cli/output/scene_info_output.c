@@ -24,13 +24,6 @@ struct description {
     const struct vw_exposure *exposures; // the scene's
 };
 
-static bool same_camera(const struct vw_camera *a, const struct vw_camera *b) {
-    return a->width_px == b->width_px && a->height_px == b->height_px && a->focal_x_px == b->focal_x_px &&
-           a->focal_y_px == b->focal_y_px && a->centre_x_px == b->centre_x_px && a->centre_y_px == b->centre_y_px &&
-           a->lens == b->lens && a->k1 == b->k1 && a->k2 == b->k2 && a->k3 == b->k3 && a->k4 == b->k4 &&
-           a->k5 == b->k5 && a->k6 == b->k6 && a->p1 == b->p1 && a->p2 == b->p2;
-}
-
 static const char *lens_name(const struct vw_camera *camera) {
     if (!vw_camera_is_distorted(camera)) return "pinhole";
     return camera->lens == VW_LENS_FISHEYE ? "fisheye" : "polynomial distortion";
@@ -51,7 +44,7 @@ static void count_cameras(struct description *description) {
     for (uint32_t v = 0; v < description->scene->view_count; v++) {
         const struct vw_camera *camera = &description->scene->views[v].camera;
         uint32_t i = 0;
-        while (i < description->camera_count && !same_camera(&description->cameras[i].camera, camera)) i++;
+        while (i < description->camera_count && !vw_camera_same(&description->cameras[i].camera, camera)) i++;
         if (i == description->camera_count) description->cameras[description->camera_count++].camera = *camera;
         description->cameras[i].view_count++;
     }

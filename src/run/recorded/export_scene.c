@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "run/out_lock.h"
 #include "run/recorded/recorded_run.h"
+#include "scene/formats/points_ply.h"
 #include "viewworth/value.h"
 
 #define FRUSTUM_SHARE 0.06 // depth of a camera's pyramid, of the mean distance of cameras from their centre
@@ -78,13 +79,6 @@ static enum vw_status read_scores(struct export *export) {
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
-static const char vertex_properties[] = "property double x\nproperty double y\nproperty double z\n"
-                                        "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-
-static void print_vertex(FILE *stream, const double position[3], const uint32_t rgb[3]) {
-    vw_csv_print(stream, "r r r u u u\n", position[0], position[1], position[2], rgb[0], rgb[1], rgb[2]);
-}
-
 static double frustum_depth(const struct vw_scene *scene) {
     double mean[3] = {0}, distance = 0, count = scene->view_count;
     for (uint32_t v = 0; v < scene->view_count; v++)
@@ -107,7 +101,7 @@ static void print_corner(FILE *stream, const struct vw_view *view, const int at[
         const double *row = view->camera_to_world[axis];
         world[axis] = row[3] + depth * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
     }
-    print_vertex(stream, world, rgb);
+    vw_ply_print_vertex(stream, world, rgb);
 }
 
 static void print_cameras(FILE *stream, const void *context) {
@@ -116,7 +110,7 @@ static void print_cameras(FILE *stream, const void *context) {
     const struct export *export = context;
     const struct vw_scene *scene = export->run.scene;
     double depth = frustum_depth(scene);
-    fprintf(stream, "ply\nformat ascii 1.0\nelement vertex %u\n%s", 5 * scene->view_count, vertex_properties);
+    fprintf(stream, "ply\nformat ascii 1.0\nelement vertex %u\n%s", 5 * scene->view_count, vw_ply_vertex_properties);
     fprintf(stream, "element face %u\nproperty list uchar int vertex_indices\nend_header\n", 6 * scene->view_count);
     for (uint32_t v = 0; v < scene->view_count; v++)
         for (int k = 0; k < 5; k++)
@@ -124,16 +118,6 @@ static void print_cameras(FILE *stream, const void *context) {
     for (uint32_t v = 0; v < scene->view_count; v++)
         for (int f = 0; f < 6; f++)
             vw_csv_print(stream, "3 u u u\n", 5 * v + faces[f][0], 5 * v + faces[f][1], 5 * v + faces[f][2]);
-}
-
-static void print_points(FILE *stream, const void *context) {
-    const struct vw_scene *scene = context;
-    fprintf(stream, "ply\nformat ascii 1.0\nelement vertex %u\n%send_header\n", scene->point_count, vertex_properties);
-    for (uint32_t i = 0; i < scene->point_count; i++) {
-        uint32_t rgb[3];
-        for (int c = 0; c < 3; c++) rgb[c] = (uint32_t)lroundf(255 * fminf(fmaxf(scene->points[i].rgb[c], 0), 1));
-        print_vertex(stream, scene->points[i].position_world, rgb);
-    }
 }
 
 static json_t *camera_to_json(const struct vw_view *view, const struct camera *camera) {
@@ -177,7 +161,7 @@ static enum vw_status write_locked(const struct vw_export_params *params, struct
     if (!status) status = check_points(params, export.run.scene);
     if (!status) status = read_scores(&export);
     if (!status && params->cameras) status = write_cameras(&export, params->cameras);
-    if (!status && params->points) status = vw_csv_write_file(params->points, print_points, export.run.scene);
+    if (!status && params->points) status = vw_csv_write_file(params->points, vw_ply_print_points, export.run.scene);
     if (!status)
         *exported = (struct vw_export){export.method, export.run.scene->view_count, export.run.scene->point_count};
     free(export.cameras);

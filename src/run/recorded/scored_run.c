@@ -8,8 +8,9 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "ledger/find_image.h"
+#include "run/devices.h"
 #include "run/imported/imported_run.h"
-#include "scene/formats/photo_list.h"
+#include "scene/formats/scene_copy.h"
 #include "viewworth/log.h"
 
 // Refuses the OUT of --kfold: photos of folds also validate, so a list of them is not a list of train photos.
@@ -73,20 +74,26 @@ static enum vw_split split_of(const char *name) {
     return split;
 }
 
-enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const struct vw_selection *selection,
-                                       const char *to, struct vw_selection_list *list) {
+// Lists all images of the run, owned by the caller; NULL if memory is short.
+static struct vw_listed_photo *list_photos(const struct vw_scored_run *run, const struct vw_selection *selection) {
     struct vw_listed_photo *photos = vw_allocate(run->image_count, sizeof *photos);
-    if (!photos) return VW_ERROR_MEMORY;
-    *list = (struct vw_selection_list){0};
-    for (uint32_t i = 0; i < run->image_count; i++) {
-        photos[i] = (struct vw_listed_photo){run->images[i].name, split_of(run->images[i].split), false};
-        list->train_count += photos[i].split == VW_SPLIT_TRAIN;
-    }
-    for (uint32_t i = 0; i < selection->count; i++) {
+    for (uint32_t i = 0; photos && i < run->image_count; i++)
+        photos[i] =
+            (struct vw_listed_photo){run->images[i].name, split_of(run->images[i].split), false, run->images[i].sha256};
+    for (uint32_t i = 0; photos && i < selection->count; i++) {
         const struct vw_ledger_image *image =
             vw_ledger_find_image(run->images, run->image_count, selection->image_ids[i]);
         photos[image - run->images].chosen = true;
     }
+    return photos;
+}
+
+enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const struct vw_selection *selection,
+                                       const char *to, struct vw_selection_list *list) {
+    struct vw_listed_photo *photos = list_photos(run, selection);
+    if (!photos) return VW_ERROR_MEMORY;
+    *list = (struct vw_selection_list){0};
+    for (uint32_t i = 0; i < run->image_count; i++) list->train_count += photos[i].split == VW_SPLIT_TRAIN;
     const struct vw_photo_list written = {
         .scene_path = vw_is_imported(&run->recorded.row) ? NULL : run->recorded.row.scene_path,
         .scene_format = json_string_value(json_object_get(run->scene_options, "format")),
@@ -94,7 +101,40 @@ enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const st
         .photo_count = run->image_count,
         .to = to,
     };
-    enum vw_status status = vw_photo_list_write(&written, &list->format, &list->opens);
+    enum vw_status status = to ? vw_photo_list_write(&written, &list->format, &list->opens) : VW_OK;
+    free(photos);
+    return status;
+}
+
+// ---- The copy -------------------------------------------------------------------------------------------------------
+
+// Opens the scene for its files and cameras: as the run did, but with photos of full size.
+static enum vw_status open_scene(const struct vw_scored_run *run, const char *to, struct vw_scene **scene) {
+    struct vw_scene_params params;
+    json_t *texts = NULL;
+    if (vw_is_imported(&run->recorded.row))
+        return vw_fail(VW_ERROR_USAGE, "--copy %s: %s was imported and has no scene; use --to", to,
+                       run->recorded.ledger_path);
+    enum vw_status status = vw_scene_options_from_json(run->recorded.row.scene_options_json, &texts, &params);
+    if (status) return status;
+    params.path = run->recorded.row.scene_path;
+    params.downscale = params.corrupt = 0;
+    params.val_weights = params.providers = NULL;
+    params.headers_only = true;
+    status = vw_scene_open(&params, scene);
+    json_decref(texts);
+    return status;
+}
+
+enum vw_status vw_selection_copy(const struct vw_scored_run *run, const struct vw_selection *selection, const char *to,
+                                 const struct vw_interrupt *interrupt) {
+    struct vw_scene *scene = NULL;
+    struct vw_listed_photo *photos = list_photos(run, selection);
+    enum vw_status status = photos ? open_scene(run, to, &scene) : VW_ERROR_MEMORY;
+    const struct vw_photo_list list = {
+        .scene_path = run->recorded.row.scene_path, .photos = photos, .photo_count = run->image_count, .to = to};
+    if (!status) status = vw_scene_copy(&list, scene, interrupt);
+    vw_scene_close(&scene);
     free(photos);
     return status;
 }

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "run/recorded/recorded_run.h"
 #include "viewworth/selection.h"
 
@@ -33,8 +34,13 @@ struct vw_selection_list {
     uint32_t train_count; // photos that the run was trained on
 };
 
-// Writes a selection of the run's images to the path `to`, in the format of the scene, as vw_photo_list_write() does.
+// Writes a selection of the run's images to the path `to`, in the format of the scene, as vw_photo_list_write() does;
+// NULL: only counts.
 enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const struct vw_selection *selection,
                                        const char *to, struct vw_selection_list *list);
+
+// Copies the selected photos, and those that validate and test, to the folder `to`, as vw_scene_copy() does.
+enum vw_status vw_selection_copy(const struct vw_scored_run *run, const struct vw_selection *selection, const char *to,
+                                 const struct vw_interrupt *interrupt);
 
 #endif

@@ -44,6 +44,8 @@ enum vw_status colmap_camera_model_by_name(uint32_t camera, const char *name, co
 uint32_t colmap_camera_param_count(const struct colmap_camera_model *model);
 enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_model *model, uint64_t width_px,
                                   uint64_t height_px, const double params[COLMAP_PARAMS_MAX], struct vw_camera *made);
+// Returns the number of params of the first model that has this camera, with its number and their values.
+uint32_t colmap_camera_params(const struct vw_camera *camera, int32_t *id, double params[COLMAP_PARAMS_MAX]);
 
 // Adds one record after another (colmap_builder.c). Features and tracks belong to the image or point added last.
 enum vw_status colmap_add_camera(struct colmap_builder *builder, uint32_t id, const struct vw_camera *camera);

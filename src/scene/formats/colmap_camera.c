@@ -84,3 +84,17 @@ enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_mo
     *made = result;
     return VW_OK;
 }
+
+uint32_t colmap_camera_params(const struct vw_camera *camera, int32_t *id, double params[COLMAP_PARAMS_MAX]) {
+    for (*id = 0; *id < (int32_t)VW_ARRAY_COUNT(models); ++*id) {
+        const struct colmap_camera_model *model = &models[*id];
+        struct vw_camera made = {.width_px = camera->width_px, .height_px = camera->height_px, .lens = model->lens};
+        for (uint32_t i = 0; i < model->param_count; i++) {
+            memcpy(&params[i], (const char *)camera + model->params[i].offset, sizeof params[i]);
+            memcpy((char *)&made + model->params[i].offset, &params[i], sizeof params[i]);
+        }
+        if (made.focal_y_px == 0) made.focal_y_px = made.focal_x_px;
+        if (vw_camera_same(&made, camera)) return model->param_count;
+    }
+    return 0; // not reached: FULL_OPENCV and OPENCV_FISHEYE have all that scenes have
+}

@@ -12,7 +12,8 @@
 struct vw_listed_photo {
     const char *name; // vw_view.name
     enum vw_split split;
-    bool chosen; // for a train photo: whether it stays one
+    bool chosen;        // for a train photo: whether it stays one
+    const char *sha256; // hash of the file that was valued, in hex; NULL: unknown. Only copies look at it
 };
 
 struct vw_photo_list {

@@ -1,0 +1,114 @@
+#!/usr/bin/env bash
+# select --copy from outside: the copy of a scene of each format opens by both of its formats, with the cameras, splits and photos of the
+# run; what is refused, and that it leaves nothing. Takes the program's path.
+# label: once
+. "$(dirname "$0")/../support/program_test.sh"
+tiny=(--epochs 3 --rays 32 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 8
+    --width 16 --device llvmpipe --effects none --quiet)
+refuses() { fails 2 "$1" "$program" select "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...
+copies() { run "$program" select "$1" --drop 1 --copy "${@:2}" --quiet; }
+
+names=(0.png '=1+1.png' "2'; DROP.png" '$(touch x).png' 4.png 'süß 写真.png' '<b>&amp;.png' 'sub/7.png' '%s%n.png' -9.png 10.png 11.png)
+frames() { # frames PREFIX KEYS: of transforms.json; every second photo has a mask, and every third frame these keys
+    local i mask keys
+    for i in "${!names[@]}"; do
+        mask= keys=
+        [[ $((i % 2)) -ne 0 ]] || mask='"mask_path": "hide.png", '
+        [[ $((i % 3)) -ne 0 ]] || keys=$2
+        awk -v i="$i" -v head="{$mask$keys\"file_path\": \"$1${names[i]}\", \"transform_matrix\"" 'BEGIN {
+            a = i * 0.52359877559829887; printf "%s%s: [[%.17g,0,%.17g,%.17g],[0,1,0,0.1],[%.17g,0,%.17g,%.17g],[0,0,0,1]]}", i ? "," : "",
+                head, cos(a), sin(a), 3 * sin(a), -sin(a), cos(a), 3 * cos(a) }'
+    done
+}
+write_photos() { # write_photos FOLDER
+    local i
+    for i in "${!names[@]}"; do
+        mkdir -p "$(dirname "$1/${names[i]}")"
+        write_photo "$1/${names[i]}"
+        printf '%s' "$i" >>"$1/${names[i]}" # behind the image's end: only its hash differs
+    done
+}
+
+transforms=$folder/transforms
+write_photos "$transforms/pictures"
+write_photo "$transforms/hide.png"
+printf '{"camera_model": "OPENCV", "fl_x": 9.1, "fl_y": 9.3, "cx": 4.1, "cy": 3.2, "k1": 0.1, "k2": -0.02, "p1": 0.003, "frames": [%s]}' \
+    "$(frames ./pictures/ '"fl_x": 8.7, "k1": 0.05, ')" >"$transforms/transforms.json"
+colmap=$folder/colmap
+write_photos "$colmap/images"
+mkdir -p "$colmap/sparse/0" "$colmap/masks/sub"
+write_photo "$colmap/masks/0.png"
+write_photo "$colmap/masks/sub/7.png"
+printf '1 PINHOLE 8 6 9.5 9.25 4.125 3.0625\n2 SIMPLE_RADIAL 8 6 9.75 4 3 -0.02\n' >"$colmap/sparse/0/cameras.txt"
+: >"$colmap/sparse/0/points3D.txt"
+for i in "${!names[@]}"; do
+    awk -v i="$i" 'BEGIN { a = i * 0.26179938779914944; printf "%d 0 %.17g 0 %.17g 0 -0.1 3 %d ", 50 - i, cos(a), -sin(a), 1 + i % 2 }'
+    printf '%s\n\n' "${names[i]}"
+done >"$colmap/sparse/0/images.txt"
+
+# same_cameras SCENE COPY FORMAT: info tells the same cameras of the copy, no others, and as many photos as the run kept.
+same_cameras() (
+    export VK_DRIVER_FILES=/dev/null # info says enough without a device
+    "$program" info "$1" --json --quiet >"$folder/first.json" &&
+        "$program" info "$2" --format "$3" --json --quiet >"$folder/second.json" || return 1
+    [[ $(sqlite3 :memory: "WITH
+        f AS (SELECT json_remove(value, '\$.views') AS c FROM json_each(CAST(readfile('$folder/first.json') AS TEXT), '\$.cameras')),
+        s AS (SELECT json_remove(value, '\$.views') AS c FROM json_each(CAST(readfile('$folder/second.json') AS TEXT), '\$.cameras'))
+        SELECT (SELECT count(*) = 2 FROM s) AND NOT EXISTS (SELECT c FROM s EXCEPT SELECT c FROM f)") == 1 ]]
+)
+
+# same_photos RUN AGAIN FROM TO: the run AGAIN of a copy has all photos of RUN but the worst one that trained, byte for byte and in their
+# splits; the start of their names was FROM and is TO.
+same_photos() {
+    [[ $(sqlite3 "$folder/$1/ledger.db" "ATTACH '$folder/$2/ledger.db' AS again;
+        CREATE TEMP TABLE wanted AS SELECT replace(name, '$3', '$4') AS name, split, sha256 FROM main.image WHERE image_id NOT IN
+            (SELECT image_id FROM main.score WHERE method = 'dv_psnr' ORDER BY value LIMIT 1);
+        SELECT count(*), (SELECT count(*) FROM again.image), (SELECT count(*) FROM
+            (SELECT * FROM wanted INTERSECT SELECT name, split, sha256 FROM again.image)) FROM wanted") == '11|11|11' ]]
+}
+
+for scene in transforms colmap; do
+    check "$scene is valued" run "$program" value "$folder/$scene" --out "$folder/$scene.run" "${tiny[@]}"
+    check "it is copied" copies "$folder/$scene.run" "$folder/$scene.copy"
+    check "the copy is valued as it is" run "$program" value "$folder/$scene.copy" --out "$folder/$scene.again" "${tiny[@]}"
+    for format in transforms colmap; do
+        check "its $format has the same cameras" same_cameras "$folder/$scene" "$folder/$scene.copy" "$format"
+    done
+done
+check "it has the photos of the run in their splits" same_photos transforms.run transforms.again pictures/ images/
+check "so does that of COLMAP" same_photos colmap.run colmap.again images/ images/
+check "masks came along" answers "j ->> '\$.masks' BETWEEN 5 AND 6" "$program" info "$folder/transforms.copy" --json --quiet --device llvmpipe
+check "by COLMAP's names, too" test -s "$folder/colmap.copy/masks/0.png.png" -a -s "$folder/colmap.copy/masks/sub/7.png.png"
+check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' = '$folder/list.txt' AND j ->> '\$.format' = 'colmap' AND
+    j ->> '\$.copy' = '$folder/both' AND json_array_length(j, '\$.selected') = 8" \
+    "$program" select "$folder/colmap.run" --drop 1 --to "$folder/list.txt" --copy "$folder/both" --json --quiet
+check "both are there" test -s "$folder/list.txt" -a -s "$folder/both/transforms.json"
+check "the copy is told" prints "^copy     $folder/told " "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/told"
+
+# ---- What is refused leaves nothing -----------------------------------------------------------------------------------------
+
+check "a folder with files is refused" refuses 'both: exists; name a new' "$folder/colmap.run" --drop 1 --copy "$folder/both"
+check "neither --to nor --copy is refused" refuses '--to is missing.*--copy' "$folder/colmap.run" --drop 1
+run "$program" value "$root/scenes/clean.json" --out "$folder/recipe.run" "${tiny[@]}"
+check "a recipe is refused" refuses 'a recipe has no photo files' "$folder/recipe.run" --drop 1 --copy "$folder/none"
+check "a place that is not there is a failure" fails 1 'no/such/copy: cannot make the folder' \
+    "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/no/such/copy" --quiet
+mkdir "$folder/full"
+if mount -t tmpfs -o size=12k tmpfs "$folder/full" 2>/dev/null; then
+    check "a full disk is a failure" fails 1 'No space left' "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/full/copy" --quiet
+    check "nothing is left on it" test -z "$(ls -A "$folder/full")"
+    umount "$folder/full"
+else
+    echo "SKIPPED: a full disk: a small file system cannot be mounted here"
+fi
+printf x >>"$colmap/images/4.png"
+check "a photo that has changed is refused" refuses 'images/4\.png: not the file that was valued' "$folder/colmap.run" --drop 1 \
+    --copy "$folder/none"
+sed -i 's,pictures/10.png,../secret.png,' "$transforms/transforms.json"
+write_photo "$folder/secret.png"
+check "a name that leaves the scene is refused" refuses 'file_path leaves the scene folder' "$folder/transforms.run" --drop 1 \
+    --copy "$folder/none"
+sed -i 's,\.\./secret.png,pictures/none.png,' "$transforms/transforms.json"
+check "a photo that the scene lacks is refused" refuses 'it lacks pictures/10\.png' "$folder/transforms.run" --drop 1 --copy "$folder/none"
+check "nothing is left of them" test -z "$(find "$folder" -maxdepth 2 -name '.viewworth-*' -o -maxdepth 2 -name none)"
+conclude "$@"
