@@ -30,7 +30,7 @@ void vw_field_destroy(struct vw_radiance_field *field);
 struct vw_gpu_camera vw_field_camera(const struct vw_model *model, const struct vw_view *view,
                                      const struct vw_box *box);
 
-// Has a view seen by the camera of `posed` until the next call; NULL: by its own again.
+// Lends a view the camera of `posed` until the next call; NULL: it has its own again.
 enum vw_status vw_field_pose(struct vw_radiance_field *field, uint32_t view, const struct vw_view *posed);
 // Returns a view as it is seen.
 const struct vw_view *vw_field_view(const struct vw_radiance_field *field, uint32_t view);

@@ -25,7 +25,7 @@ enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, u
 // ---- Renders ----
 
 struct vw_picture {
-    uint32_t view;                  // of the field
+    uint32_t view;                  // index in the field's scene
     const struct vw_camera *camera; // that the field has of the view
     uint32_t size_px[2]; // at most the camera's: a smaller picture takes the pixel in the middle of each of its own
 };
