@@ -1,4 +1,4 @@
-// What the commands that render begin with: a run and its field, opened, and the view that is named.
+// The beginning of every render: a run and its field, opened, and the view that is named.
 #ifndef VIEWWORTH_RUN_RECORDED_RENDERING_H
 #define VIEWWORTH_RUN_RECORDED_RENDERING_H
 
@@ -10,10 +10,10 @@ struct vw_render_params {
     const char *view;   // its name, also without folder or extension, or its place among the validation views; NULL: 0
     const char *to;     // image (.png or .exr) or folder to write; NULL: in OUT
     const char *device; // NULL: the preferred one
-    bool only_render;   // of a view: without its photo
+    bool only_render;   // leaves the photo of a view out
     const char *pose;   // numbers of one camera_to_world; NULL: none
     const char *path;   // orbit, spiral, cameras or a file (scene/camera_path.h); NULL: none
-    uint32_t frames;    // of a path that is not a file
+    uint32_t frames;    // count of a path that is not a file
     const char *video;  // .mp4 or .gif of the path; NULL: none
 };
 
