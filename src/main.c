@@ -108,8 +108,11 @@ static const struct vw_command commands[] = {
      "job), scores.csv (the scores of all runs) and report.html. scripts/canonical_dump.sql (installed in "
      "share/viewworth) prints what two merged.db must have in common if the same jobs were run.",
      VW_OPTIONS_MERGE | VW_OPTIONS_JSON, vw_command_merge},
-    {USE, "render", "OUT", "Render a view with the trained field, beside its photo",
-     "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,
+    {USE, "render", "OUT", "Render a view with the trained field, or a path of a camera",
+     "The image of a view has the photo on the left and the render on the right. --pose and --path render from where "
+     "no photo was taken, without lens distortion: far from all photos the field was not trained. Photos' own light "
+     "(effects appearance and appearance_code) is left out; with appearance_encoder it is that of --view. "
+     NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
     {USE, "export", "OUT", "Write the cameras and points of a run's scene for other programs",
      "Blender and MeshLab open the .ply files. Positions are those of the scene; camera_to_world has the camera's x to "

@@ -240,6 +240,11 @@ char *vw_path_join(const char *folder, const char *name) {
     return vw_format_text("%s%s%s", folder, separated ? "" : "/", name);
 }
 
+bool vw_path_ends_with(const char *path, const char *ending) {
+    size_t length = strlen(path), tail = strlen(ending);
+    return length > tail && !strcasecmp(path + length - tail, ending);
+}
+
 char *vw_path_folder(const char *path) {
     const char *slash = strrchr(path, '/');
     if (!slash) return vw_copy_text(".");

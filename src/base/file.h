@@ -43,6 +43,8 @@ enum vw_status vw_folder_create(const char *path);
 void vw_folder_remove(const char *path);
 // Returns "folder/name", owned by the caller; NULL if memory is short. An absolute `name` is returned unchanged.
 char *vw_path_join(const char *folder, const char *name);
+// Returns whether a path ends in ".png", say, in upper or lower case, after some name.
+bool vw_path_ends_with(const char *path, const char *ending);
 // Returns the folder part of a path ("." if it has none), owned by the caller.
 char *vw_path_folder(const char *path);
 

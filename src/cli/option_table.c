@@ -4,6 +4,7 @@
 #include "batch/jobs.h"
 #include "experiment/comparison.h"
 #include "experiment/sweep/configurations.h"
+#include "scene/camera_path.h"
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *field_choice(uint32_t choice) { return vw_field_name((enum vw_field)choice); }
@@ -60,15 +61,34 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
     {"to", "PATH",
      "File to write: the photo list of select, the image of render (.png or .exr, default "
-     "OUT/render_VIEW.png), or the page of report (default report.html in the first OUT)",
+     "OUT/render_VIEW.png) or its folder of frames (default OUT/frames), or the page of report (default report.html in "
+     "the first OUT)",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
     {"copy", "DIR",
      "Folder to make with the photos that select keeps and those that validate and test, their masks, a COLMAP model "
      "and transforms.json, for other trainers; beside or instead of --to",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, copy), COMMON},
     {"view", "NAME|N",
-     "Photo to render: its name, also without folder and extension, or its index among the validation photos",
+     "Photo to render, or whose intrinsics --pose and --path take: its name, also without folder and extension, or its "
+     "index among the validation photos",
      VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
+    {"only-render", NULL, "Write the render without the photo beside it", VW_OPTIONS_VIEW, VW_SECTION_MAIN,
+     OPTION(FLAG, only_render), COMMON},
+    {"pose", "NUMBERS",
+     "Camera to render from: the 12 or 16 numbers of its camera-to-world matrix, rows first, in coordinates of the "
+     "scene, with the camera's x to the right, y up, and its view along -z",
+     VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, pose), COMMON},
+    {"path", "orbit|spiral|cameras|FILE",
+     "Path of a camera to render frames along: orbit, a circle around the scene at the cameras' median distance and "
+     "height; spiral, for scenes that all cameras face; cameras, through all cameras in the order of their names; or a "
+     "file, a camera path of nerfstudio or a transforms.json, in coordinates of the scene",
+     VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, path), COMMON, .words = "orbit spiral cameras"},
+    {"frames", "N", "Number of frames of orbit, spiral or cameras", VW_OPTIONS_VIEW, VW_SECTION_MAIN,
+     OPTION(COUNT, frames), RANGE(1, VW_CAMERA_PATH_FRAMES_MOST), COMMON, NEEDS("path")},
+    {"video", "FILE",
+     "Video to make of the frames (.mp4 or .gif) at 30 frames a second, by the program ffmpeg; without it the frames "
+     "alone are made",
+     VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, video), COMMON, NEEDS("path")},
     {"cameras", "FILE",
      "File to write the cameras to, coloured by rank of the recommended score (grey: not valued): .ply or .json",
      VW_OPTIONS_EXPORT, VW_SECTION_MAIN, OPTION(TEXT, cameras), COMMON},

@@ -82,6 +82,9 @@ struct vw_options {
     const char *scores;       // OUT of a valued run
     uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
     uint32_t views;
+    bool only_render;
+    const char *pose, *path, *video; // where render stands
+    uint32_t frames;
     const char *devices; // indices or names with commas between, or "all"
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
@@ -93,7 +96,7 @@ struct vw_options {
 
 // The options of a command line that has none. The config's are vw_config_default.
 #define VW_OPTIONS_DEFAULT                                                                                             \
-    { .downscale = 1, .per_device = 1, .seeds = 3, .views = 2 }
+    { .downscale = 1, .per_device = 1, .seeds = 3, .views = 2, .frames = 60 }
 
 // Groups of options that commands take. Every command takes VW_OPTIONS_ALWAYS.
 enum {

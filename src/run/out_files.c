@@ -45,7 +45,7 @@ const struct vw_out_file vw_out_files[] = {
     {"tradeoff.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"summary.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"benchmark.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
-    // Pictures of a comparison, in renders/, and of render.
+    // Pictures of a comparison, in renders/, and of render, also in frames/.
     {"*.png", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     // Files that are only written.
     {"merged.db", VW_OUT_NOTHING, false, VW_OUT_STAYS},

@@ -251,6 +251,12 @@ enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_sce
     return VW_OK;
 }
 
+void vw_bounds_focus(const struct vw_scene *scene, double focus_world[3]) {
+    struct axes axes = measure_axes(scene);
+    for (int i = 0; i < 3; i++)
+        focus_world[i] = axes.common_point ? axes.centroid_world[i] + axes.focus[i] : scene->box.centre_world[i];
+}
+
 uint32_t vw_scene_count_outside(const struct vw_scene *scene, const struct vw_box *box) {
     uint32_t count = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {

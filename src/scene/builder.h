@@ -125,5 +125,7 @@ struct vw_ngp_box {
 // Sets box and box_source: from `declared` (NULL: none) if it contains what the cameras look at, otherwise from the
 // scene's points if there are enough, otherwise from its cameras.
 enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_scene *scene);
+// Returns the point closest to all optical axes if it is in front of most cameras, otherwise the centre of the box.
+void vw_bounds_focus(const struct vw_scene *scene, double focus_world[3]);
 
 #endif

@@ -27,6 +27,17 @@ static enum vw_status fill_cameras(const struct vw_radiance_field *field, const 
     return status;
 }
 
+const struct vw_view *vw_field_view(const struct vw_radiance_field *field, uint32_t view) {
+    return field->posed && view == field->posed_view ? field->posed : &field->scene->views[view];
+}
+
+enum vw_status vw_field_pose(struct vw_radiance_field *field, uint32_t view, const struct vw_view *posed) {
+    field->posed = posed;
+    field->posed_view = view;
+    const struct vw_gpu_camera camera = vw_field_camera(field->model, vw_field_view(field, view), &field->model->box);
+    return vw_buffer_write(field->cameras, view * sizeof camera, &camera, sizeof camera);
+}
+
 static enum vw_status fill_params(const struct vw_radiance_field *field, uint64_t seed) {
     void *initial = vw_allocate(field->model->param_bytes, 1);
     if (!initial) return VW_ERROR_MEMORY;

@@ -131,11 +131,15 @@ enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, s
 // ---- Views ---------------------------------------------------------------------------------------------------------
 
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the
-// caller.
+// caller. Its photo is decoded, too.
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
 // Renders the same with fewer pixels, at most the view's width and height: pixel (x, y) is the view's pixel in the
 // middle of what it covers, ((2 x + 1) width / (2 size_px[0]), ...) rounded down.
 enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
+                                       float **rgb);
+// Renders what another camera sees: camera, camera_to_world and range of depths of `posed`, of which nothing else is
+// read. An effect that sees a view by its photo sees it by that of `view`.
+enum vw_status vw_trainer_render_posed(struct vw_trainer *trainer, uint32_t view, const struct vw_view *posed,
                                        float **rgb);
 
 // Measures how near the field comes to each of these views (scene indices): validation's passes, on all usable pixels,

@@ -165,14 +165,25 @@ enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, s
 // ---- Views ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
-    const struct vw_image *image = &trainer->scene->views[view].image;
-    return vw_trainer_render_view(&trainer->field, trainer->scene, view,
-                                  (uint32_t[]){image->width_px, image->height_px}, rgb);
+    const struct vw_camera *camera = &trainer->scene->views[view].camera;
+    return vw_trainer_render_small(trainer, view, (uint32_t[]){camera->width_px, camera->height_px}, rgb);
 }
 
 enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
                                        float **rgb) {
-    return vw_trainer_render_view(&trainer->field, trainer->scene, view, size_px, rgb);
+    const struct vw_picture picture = {view, &trainer->scene->views[view].camera, {size_px[0], size_px[1]}};
+    enum vw_status status = vw_scene_decode(trainer->scene, &view, 1);
+    return status ? status : vw_field_render(&trainer->field, &picture, rgb);
+}
+
+enum vw_status vw_trainer_render_posed(struct vw_trainer *trainer, uint32_t view, const struct vw_view *posed,
+                                       float **rgb) {
+    const struct vw_picture picture = {view, &posed->camera, {posed->camera.width_px, posed->camera.height_px}};
+    enum vw_status status = vw_field_pose(&trainer->field, view, posed);
+    if (!status) status = vw_field_render(&trainer->field, &picture, rgb);
+    enum vw_status undone = vw_field_pose(&trainer->field, view, NULL);
+    if (!status && undone) free(*rgb);
+    return status ? status : undone;
 }
 
 static struct vw_measured_field measured_field_of(struct vw_trainer *trainer) {

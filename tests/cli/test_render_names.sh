@@ -32,7 +32,7 @@ check "the end of a name is none" refuses '--view 030: no photo' render "$folder
 
 mkdir -p "$folder/folds/fold-1"
 cp "$folder/out/ledger.db" "$folder/folds/fold-1"
-check "a folder of folds is refused with the folder to give" refuses 'render from one of them, for example .*/folds/fold-1 ' \
+check "a folder of folds is refused with the folder to give" refuses 'name one of them, for example .*/folds/fold-1 ' \
     render "$folder/folds"
 
 # ---- Formats --------------------------------------------------------------------------------------------------------------

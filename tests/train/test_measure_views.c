@@ -125,4 +125,64 @@ TEST(a_whole_view_is_the_render_beside_the_photo) {
     vw_whole_view_free(&whole);
 }
 
+// Renders by a posed camera are those of a view that has it, bit for bit, and the view has its own camera afterwards.
+static void check_posed(const char *effects, enum vw_field field, double k1) {
+    struct synthetic_scene_params params = {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 20};
+    params.k1 = k1;
+    struct vw_scene *scene = synthetic_scene(&params);
+    for (uint32_t v = 1; v < scene->view_count; v += 2) scene->views[v].camera.focal_x_px *= 0.4; // wider
+    struct vw_config config = test_config_of(field);
+    strcpy(config.effects, effects);
+    config.epochs = 1;
+    struct test_run *run = calloc(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    float *before, *expected, *posed, *after;
+    test_run_advance(trainer, run);
+    size_t bytes = 3 * sizeof *posed * params.width_px * params.height_px;
+    uint32_t place = trainer->validation.views[0], other = trainer->validation.views[1];
+    ASSERT_OK(vw_trainer_render(trainer, place, &before));
+    ASSERT_OK(vw_trainer_render(trainer, other, &expected));
+    ASSERT_OK(vw_trainer_render_posed(trainer, place, &scene->views[other], &posed));
+    ASSERT_OK(vw_trainer_render(trainer, place, &after));
+    assert_memory_equal(posed, expected, bytes);
+    assert_memory_equal(after, before, bytes);
+    assert_memory_not_equal(after, posed, bytes);
+    free(before), free(expected), free(posed), free(after), free(run);
+    test_release(trainer);
+}
+
+TEST(a_posed_camera_sees_what_a_view_there_sees) {
+    check_posed("none", VW_FIELD_HASH, 0);
+    check_posed("distortion,sky,unbounded", VW_FIELD_HASH, 0.05);
+    check_posed("appearance_code", VW_FIELD_HASH, 0);
+    check_posed("distortion,sky", VW_FIELD_SPLATS, 0.05);
+}
+
+// A larger picture by the same focal lengths and centre shows the same in its corner. Splats beside the photo are drawn
+// with another Jacobian (splat_views.c), so their edges may differ a little.
+TEST(a_posed_camera_has_its_own_size) {
+    static const enum vw_field fields[] = {VW_FIELD_HASH, VW_FIELD_SPLATS};
+    for (int i = 0; i < 2; i++) {
+        struct vw_scene *scene = test_scene();
+        struct vw_config config = test_config_of(fields[i]);
+        strcpy(config.effects, "none");
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+        struct vw_view larger = {.camera = scene->views[2].camera};
+        memcpy(larger.camera_to_world, scene->views[2].camera_to_world, sizeof larger.camera_to_world);
+        uint32_t width_px = larger.camera.width_px, height_px = larger.camera.height_px;
+        larger.camera.width_px *= 3;
+        larger.camera.height_px *= 2;
+        float *own, *posed;
+        ASSERT_OK(vw_trainer_render(trainer, 2, &own));
+        ASSERT_OK(vw_trainer_render_posed(trainer, 2, &larger, &posed));
+        for (uint32_t y = 0; y < height_px; y++)
+            for (uint32_t x = 0; x < 3 * width_px; x++)
+                assert_float_equal(posed[3 * (3 * y * width_px + x / 3) + x % 3],
+                                   own[3 * (y * width_px + x / 3) + x % 3], 1e-3);
+        for (uint32_t value = 0; value < 18 * width_px * height_px; value++) assert_true(isfinite(posed[value]));
+        free(own), free(posed);
+        test_release(trainer);
+    }
+}
+
 TEST_GROUP(NULL, test_gpu_close)

@@ -80,7 +80,7 @@ static enum vw_status read_rule(struct selection_job *job) {
                                                    : options->top         ? VW_SELECT_TOP
                                                    : options->drop        ? VW_SELECT_DROP
                                                                           : VW_SELECT_OUTLIERS};
-    enum vw_status status = check_verify(job);
+    status = check_verify(job);
     if (!status && options->top) status = read_amount("top", options->top, params);
     return !status && options->drop ? read_amount("drop", options->drop, params) : status;
 }

@@ -26,14 +26,9 @@ struct export {
     const char *method;
 };
 
-static bool ends_with(const char *path, const char *extension) {
-    size_t length = strlen(path), tail = strlen(extension);
-    return length > tail && !strcmp(path + length - tail, extension);
-}
-
 static enum vw_status check_target(const char *option, const char *path, bool json) {
     if (!path) return VW_OK;
-    if (!ends_with(path, ".ply") && !(json && ends_with(path, ".json")))
+    if (!vw_path_ends_with(path, ".ply") && !(json && vw_path_ends_with(path, ".json")))
         return vw_fail(VW_ERROR_USAGE, "--%s %s: the name must end in .ply%s", option, path, json ? " or .json" : "");
     if (!vw_file_exists(path) && !vw_folder_exists(path)) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--%s %s: exists; name a new file, or remove that one", option, path);
@@ -138,7 +133,7 @@ static json_t *camera_to_json(const struct vw_view *view, const struct camera *c
 }
 
 static enum vw_status write_cameras(const struct export *export, const char *path) {
-    if (ends_with(path, ".ply")) return vw_csv_write_file(path, print_cameras, export);
+    if (vw_path_ends_with(path, ".ply")) return vw_csv_write_file(path, print_cameras, export);
     json_t *root = json_object(), *cameras = json_array();
     for (uint32_t v = 0; v < export->run.scene->view_count; v++)
         vw_json_append(&cameras, camera_to_json(&export->run.scene->views[v], &export->cameras[v]));

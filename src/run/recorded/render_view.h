@@ -2,17 +2,7 @@
 #ifndef VIEWWORTH_RUN_RECORDED_RENDER_VIEW_H
 #define VIEWWORTH_RUN_RECORDED_RENDER_VIEW_H
 
-#include <stdbool.h>
-
-#include "viewworth/scene.h"
-#include "viewworth/status.h"
-
-struct vw_render_params {
-    const char *out;    // the folder of the run
-    const char *view;   // its name, also without folder or extension, or its place among the validation views; NULL: 0
-    const char *to;     // .png or .exr; NULL: OUT/render_<view>.png
-    const char *device; // NULL: the preferred one
-};
+#include "run/recorded/rendering.h"
 
 struct vw_rendered_view {
     char *view, *image_path; // owned
@@ -21,7 +11,8 @@ struct vw_rendered_view {
     bool fitted;    // validation fits a gain and a bias to each view, which this PSNR lacks
 };
 
-// Writes the image: photo left, render right. `rendered` is zero before; free it also after a failure.
+// Writes the image: photo left, render right, or the render alone. `rendered` is zero before; free it also after a
+// failure.
 enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_rendered_view *rendered);
 void vw_rendered_view_free(struct vw_rendered_view *rendered);
 

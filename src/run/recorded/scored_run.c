@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "ledger/find_image.h"
@@ -13,20 +12,10 @@
 #include "scene/formats/scene_copy.h"
 #include "viewworth/log.h"
 
-// Refuses the OUT of --kfold: photos of folds also validate, so a list of them is not a list of train photos.
-static enum vw_status refuse_folds(const char *out) {
-    if (vw_file_exists_inside(out, "ledger.db") || !vw_file_exists_inside(out, "fold-1/ledger.db")) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE,
-                   "%s: holds the folds of value --kfold; train on photos of their pooled scores by viewworth compare "
-                   "SCENE --list all --list %s/dv_psnr.csv@0, or give a single fold, %s/fold-1",
-                   out, out, out);
-}
-
 enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
     struct vw_recorded_run *recorded = &run->recorded;
     json_error_t error;
-    enum vw_status status = refuse_folds(out);
-    if (!status) status = vw_recorded_open_unverified(out, recorded);
+    enum vw_status status = vw_recorded_open_unverified(out, recorded);
     if (!status) status = vw_recorded_check_scores(recorded);
     if (!status) status = vw_recorded_warn_unverified(recorded, false);
     if (!status) status = vw_ledger_get_images(recorded->ledger, &run->images, &run->image_count);

@@ -36,5 +36,8 @@ enum vw_status vw_transforms_camera(const char *where, const json_t *file, const
 // Reads the frame's transform_matrix: camera to world, OpenGL axes, a rotation up to one scale (which is divided out)
 // and rounding (the nearest rotation is taken), and a position.
 enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double camera_to_world[3][4]);
+// Takes a pose from such a matrix, which it may change. VW_ERROR_INPUT begins with `where` and `field`.
+enum vw_status vw_pose_of_matrix(const char *where, const char *field, double matrix[4][4],
+                                 double camera_to_world[3][4]);
 
 #endif

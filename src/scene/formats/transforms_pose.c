@@ -56,33 +56,36 @@ static void make_rotation(double m[4][4], double scale) {
     }
 }
 
-static enum vw_status check_matrix(const char *where, double m[4][4], double *scale) {
+static enum vw_status check_matrix(const char *where, const char *field, double m[4][4], double *scale) {
     const double last_row[4] = {0, 0, 0, 1};
     for (int j = 0; j < 4; j++)
         if (fabs(m[3][j] - last_row[j]) > TOLERANCE)
-            return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: last row is not 0 0 0 1; give camera to world",
-                           where);
+            return vw_fail(VW_ERROR_INPUT, "%s: %s: last row is not 0 0 0 1; give camera to world", where, field);
     for (int i = 0; i < 3; i++)
         if (!(fabs(m[i][3]) <= POSITION_LIMIT_WORLD))
-            return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: position %g is beyond %g; correct the pose",
-                           where, m[i][3], POSITION_LIMIT_WORLD);
+            return vw_fail(VW_ERROR_INPUT, "%s: %s: position %g is beyond %g; correct the pose", where, field, m[i][3],
+                           POSITION_LIMIT_WORLD);
     *scale = cbrt(vw_determinant(m[0], m[1], m[2]));
     if (*scale < 0)
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: field transform_matrix: mirrored (negative determinant); give right-handed OpenGL axes",
-                       where);
+        return vw_fail(VW_ERROR_INPUT, "%s: %s: mirrored (negative determinant); give right-handed OpenGL axes", where,
+                       field);
     if (!(*scale > 0 && isfinite(*scale)) || !(distance_from_rotation(m, *scale) <= TOLERANCE))
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: field transform_matrix: its 3 x 3 part is not a rotation; export the pose again", where);
+        return vw_fail(VW_ERROR_INPUT, "%s: %s: its 3 x 3 part is not a rotation; export the pose again", where, field);
     return VW_OK;
 }
 
-enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double camera_to_world[3][4]) {
-    double matrix[4][4] = {[3] = {0, 0, 0, 1}}, scale = 1;
-    enum vw_status status = read_matrix(where, json_object_get(frame, "transform_matrix"), matrix);
-    if (!status) status = check_matrix(where, matrix, &scale);
+enum vw_status vw_pose_of_matrix(const char *where, const char *field, double matrix[4][4],
+                                 double camera_to_world[3][4]) {
+    double scale = 1;
+    enum vw_status status = check_matrix(where, field, matrix, &scale);
     if (status) return status;
     make_rotation(matrix, scale);
     memcpy(camera_to_world, matrix, 3 * sizeof matrix[0]);
     return VW_OK;
+}
+
+enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double camera_to_world[3][4]) {
+    double matrix[4][4] = {[3] = {0, 0, 0, 1}};
+    enum vw_status status = read_matrix(where, json_object_get(frame, "transform_matrix"), matrix);
+    return status ? status : vw_pose_of_matrix(where, "field transform_matrix", matrix, camera_to_world);
 }

@@ -24,9 +24,13 @@ enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, u
 
 // ---- Renders ----
 
-// Renders a view as rgb floats, width * height * 3, rows top to bottom, owned by the caller. `size_px` is at most the
-// view's width and height: a smaller render takes the photo's pixel in the middle of each of its own.
-enum vw_status vw_trainer_render_view(struct vw_radiance_field *field, const struct vw_scene *scene, uint32_t view,
-                                      const uint32_t size_px[2], float **rgb);
+struct vw_picture {
+    uint32_t view;                  // index in the field's scene
+    const struct vw_camera *camera; // that the field has of the view
+    uint32_t size_px[2]; // at most the camera's: a smaller picture takes the pixel in the middle of each of its own
+};
+
+// Renders rgb floats, width * height * 3, rows top to bottom, owned by the caller.
+enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **rgb);
 
 #endif

@@ -137,7 +137,7 @@ static bool is_full_for(const struct vw_splat_evaluation *splats, uint32_t cells
 static enum vw_status begin_view(const struct vw_radiance_field *field, uint32_t view, uint32_t side,
                                  struct vw_splat_evaluation *splats) {
     bool lens = field->model->specialization.effect_distortion != DISTORTION_NONE;
-    struct vw_splat_view own = vw_splat_view_of(view, 0, &field->scene->views[view].camera, lens, side);
+    struct vw_splat_view own = vw_splat_view_of(view, 0, &vw_field_view(field, view)->camera, lens, side);
     enum vw_status status = is_full_for(splats, own.columns * own.rows) ? begin_part(field->model, splats) : VW_OK;
     if (!status)
         status =

@@ -1,0 +1,100 @@
+#include "run/recorded/render_path.h"
+
+#include <stdlib.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/inside.h"
+#include "base/memory.h"
+#include "image/image.h"
+#include "run/recorded/video.h"
+#include "scene/camera_path.h"
+#include "train/trainer.h"
+#include "viewworth/log.h"
+
+static enum vw_status check_params(const struct vw_render_params *params) {
+    if (params->pose && params->path) return vw_fail(VW_ERROR_USAGE, "--pose and --path: give one of them");
+    if (params->video && params->pose) return vw_fail(VW_ERROR_USAGE, "--video: needs --path, not --pose");
+    enum vw_status status = vw_video_check(params->video);
+    return !status && params->pose ? vw_render_check_image(params->to) : status;
+}
+
+static enum vw_status make_path(const struct vw_render_params *params, const struct vw_rendering *rendering,
+                                struct vw_camera_path *path) {
+    const struct vw_scene *scene = rendering->run.scene;
+    if (params->pose) return vw_camera_path_parse(scene, "--pose", params->pose, rendering->view, path);
+    if (!vw_camera_path_is(params->path)) return vw_camera_path_read(scene, params->path, rendering->view, path);
+    return vw_camera_path_make(scene, params->path, rendering->view, params->frames, path);
+}
+
+static enum vw_status prepare_target(const struct vw_render_params *params, struct vw_rendered_path *rendered) {
+    rendered->to =
+        params->to ? vw_copy_text(params->to) : vw_path_join(params->out, params->pose ? "render_pose.png" : "frames");
+    if (!rendered->to) return VW_ERROR_MEMORY;
+    if (params->pose) return VW_OK;
+    return params->to ? vw_folder_create(params->to) : vw_folder_create_inside(params->out, "frames");
+}
+
+// Returns the name of a frame, owned by the caller; the first is 1.
+static char *name_frame(const struct vw_render_params *params, const char *to, uint32_t number) {
+    return params->pose ? vw_copy_text(to) : vw_format_text("%s/" VW_VIDEO_FRAME_NAME, to, number);
+}
+
+static enum vw_status render_frame(const struct vw_rendering *rendering, const struct vw_view *frame,
+                                   const char *name) {
+    float *rgb = NULL;
+    if (!name) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_trainer_render_posed(rendering->trainer, rendering->view, frame, &rgb);
+    if (!status) status = vw_image_save(name, frame->camera.width_px, frame->camera.height_px, 3, rgb);
+    free(rgb);
+    return status;
+}
+
+// Removes the frames of a longer path, which a video would go on with.
+static enum vw_status remove_rest(const struct vw_render_params *params, const struct vw_rendered_path *rendered) {
+    bool removed = !params->pose;
+    for (uint32_t number = rendered->frame_count + 1; removed; number++) {
+        char *name = name_frame(params, rendered->to, number);
+        if (!name) return VW_ERROR_MEMORY;
+        removed = unlink(name) == 0;
+        free(name);
+    }
+    return VW_OK;
+}
+
+static enum vw_status render_frames(const struct vw_render_params *params, const struct vw_rendering *rendering,
+                                    const struct vw_camera_path *path, struct vw_rendered_path *rendered) {
+    enum vw_status status = prepare_target(params, rendered);
+    if (!status && params->path) vw_log_info("rendering %u frames to %s", path->count, rendered->to);
+    for (uint32_t f = 0; f < path->count && !status; f++) {
+        char *name = name_frame(params, rendered->to, f + 1);
+        status = render_frame(rendering, &path->frames[f], name);
+        free(name);
+    }
+    rendered->frame_count = path->count;
+    return status ? status : remove_rest(params, rendered);
+}
+
+enum vw_status vw_render_path(const struct vw_render_params *params, struct vw_rendered_path *rendered) {
+    struct vw_rendering rendering = {0};
+    struct vw_camera_path path = {0};
+    struct vw_out_lock *lock = NULL;
+    bool made = false;
+    enum vw_status status = check_params(params);
+    if (!status) status = vw_rendering_lock(params->out, params->to, &lock);
+    if (!status && params->video && !lock) status = vw_rendering_lock(params->out, params->video, &lock);
+    if (!status) status = vw_rendering_open(params, &rendering);
+    if (!status) status = make_path(params, &rendering, &path);
+    if (!status) status = render_frames(params, &rendering, &path, rendered);
+    if (!status && params->video) status = vw_video_make(rendered->to, params->video, &made);
+    if (made) rendered->video = params->video;
+    free(path.frames);
+    vw_rendering_close(&rendering);
+    vw_out_lock_release(&lock);
+    return status;
+}
+
+void vw_rendered_path_free(struct vw_rendered_path *rendered) {
+    free(rendered->to);
+    *rendered = (struct vw_rendered_path){0};
+}

@@ -1,0 +1,287 @@
+#include "scene/camera_path.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+#include "scene/builder.h"
+
+static const double SPIRAL_SHARE = 0.9, SPIRAL_TURNS = 2;
+static const double PARALLEL = 1e-6; // a sine, or a length of a mean of unit vectors, that is as good as none
+
+enum axis { RIGHT, UP, BACK, POSITION }; // columns of camera_to_world
+
+struct vw_camera vw_camera_pinhole(const struct vw_camera *camera) {
+    return (struct vw_camera){.width_px = camera->width_px,
+                              .height_px = camera->height_px,
+                              .focal_x_px = camera->focal_x_px,
+                              .focal_y_px = camera->focal_y_px,
+                              .centre_x_px = camera->centre_x_px,
+                              .centre_y_px = camera->centre_y_px};
+}
+
+void vw_camera_path_set_depths(const struct vw_scene *scene, struct vw_view *frame) {
+    double near = 0, far = 0, weights = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_view *view = &scene->views[v];
+        double square = 0;
+        for (int i = 0; i < 3; i++)
+            square += pow(view->camera_to_world[i][POSITION] - frame->camera_to_world[i][POSITION], 2);
+        if (!(view->far_world > 0)) continue;
+        double weight = 1 / (square * square);
+        if (isinf(weight)) {
+            near = view->near_world;
+            far = view->far_world;
+            weights = 1;
+            break;
+        }
+        near += weight * view->near_world;
+        far += weight * view->far_world;
+        weights += weight;
+    }
+    if (!(weights > 0)) return;
+    frame->near_world = near / weights;
+    frame->far_world = far / weights;
+}
+
+// ---- Vectors --------------------------------------------------------------------------------------------------------
+
+static void cross(const double a[3], const double b[3], double product[3]) {
+    for (int i = 0; i < 3; i++) product[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+// Returns the length that the vector had; a vector shorter than `least` stays.
+static double normalise(double vector[3], double least) {
+    double length = sqrt(vw_dot(vector, vector, 3));
+    for (int i = 0; i < 3 && length > least; i++) vector[i] /= length;
+    return length;
+}
+
+static void column_of(const struct vw_view *view, enum axis axis, double column[3]) {
+    for (int i = 0; i < 3; i++) column[i] = view->camera_to_world[i][axis];
+}
+
+static void mean_of(const struct vw_scene *scene, enum axis axis, double mean[3]) {
+    for (int i = 0; i < 3; i++) mean[i] = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        for (int i = 0; i < 3; i++) mean[i] += scene->views[v].camera_to_world[i][axis] / scene->view_count;
+}
+
+// Returns false where the camera would look along `up`.
+static bool look_at(const double position[3], const double target[3], const double up[3],
+                    double camera_to_world[3][4]) {
+    double axes[3][3];
+    for (int i = 0; i < 3; i++) axes[BACK][i] = position[i] - target[i];
+    normalise(axes[BACK], 0);
+    cross(up, axes[BACK], axes[RIGHT]);
+    if (!(normalise(axes[RIGHT], 0) > PARALLEL)) return false;
+    cross(axes[BACK], axes[RIGHT], axes[UP]);
+    for (int i = 0; i < 3; i++) {
+        for (int axis = RIGHT; axis <= BACK; axis++) camera_to_world[i][axis] = axes[axis][i];
+        camera_to_world[i][POSITION] = position[i];
+    }
+    return true;
+}
+
+// ---- Orbit ----------------------------------------------------------------------------------------------------------
+
+// Splits the place of a camera relative to `focus` into its height along `up` and the rest.
+static double height_of(const struct vw_view *view, const double focus[3], const double up[3], double across[3]) {
+    column_of(view, POSITION, across);
+    for (int i = 0; i < 3; i++) across[i] -= focus[i];
+    double height = vw_dot(across, up, 3);
+    for (int i = 0; i < 3; i++) across[i] -= height * up[i];
+    return height;
+}
+
+static enum vw_status median_cylinder(const struct vw_scene *scene, const double focus[3], const double up[3],
+                                      double *radius, double *height) {
+    double *radii = vw_allocate(scene->view_count, sizeof *radii);
+    double *heights = vw_allocate(scene->view_count, sizeof *heights);
+    enum vw_status status = radii && heights ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count && !status; v++) {
+        double across[3];
+        heights[v] = height_of(&scene->views[v], focus, up, across);
+        radii[v] = sqrt(vw_dot(across, across, 3));
+    }
+    if (!status) {
+        *radius = vw_median(radii, scene->view_count);
+        *height = vw_median(heights, scene->view_count);
+    }
+    free(radii);
+    free(heights);
+    return status;
+}
+
+static enum vw_status make_orbit(const struct vw_scene *scene, uint32_t view, const struct vw_camera_path *path) {
+    double focus[3], up[3], first[3], second[3], radius = 0, height = 0;
+    vw_bounds_focus(scene, focus);
+    mean_of(scene, UP, up);
+    if (normalise(up, PARALLEL) <= PARALLEL) column_of(&scene->views[view], UP, up);
+    enum vw_status status = median_cylinder(scene, focus, up, &radius, &height);
+    if (status) return status;
+    (void)height_of(&scene->views[view], focus, up, first);
+    if (!(normalise(first, 0) > PARALLEL * radius)) radius = 0;
+    cross(up, first, second);
+    for (uint32_t f = 0; f < path->count; f++) {
+        double angle = 2 * M_PI * f / path->count, position[3];
+        for (int i = 0; i < 3; i++)
+            position[i] = focus[i] + height * up[i] + radius * (cos(angle) * first[i] + sin(angle) * second[i]);
+        if (!(radius > 0) || !look_at(position, focus, up, path->frames[f].camera_to_world))
+            return vw_fail(VW_ERROR_USAGE,
+                           "--path orbit: the cameras are above what they look at, not around it; use --path cameras");
+    }
+    return VW_OK;
+}
+
+// ---- Spiral ---------------------------------------------------------------------------------------------------------
+
+static enum vw_status spread_of(const struct vw_scene *scene, double mean_to_world[3][4], double spread[3]) {
+    double *offsets = vw_allocate(scene->view_count, sizeof *offsets);
+    if (!offsets) return VW_ERROR_MEMORY;
+    for (int axis = RIGHT; axis <= BACK; axis++) {
+        for (uint32_t v = 0; v < scene->view_count; v++) {
+            double along = 0;
+            for (int i = 0; i < 3; i++)
+                along += mean_to_world[i][axis] *
+                         (scene->views[v].camera_to_world[i][POSITION] - mean_to_world[i][POSITION]);
+            offsets[v] = fabs(along);
+        }
+        vw_sort(offsets, scene->view_count);
+        spread[axis] = vw_quantile_of_sorted(offsets, scene->view_count, SPIRAL_SHARE);
+    }
+    free(offsets);
+    return VW_OK;
+}
+
+static enum vw_status make_spiral(const struct vw_scene *scene, const struct vw_camera_path *path) {
+    double focus[3], up[3], back[3], mean[3], ahead[3], target[3], mean_to_world[3][4], spread[3], depth = 0;
+    vw_bounds_focus(scene, focus);
+    mean_of(scene, UP, up);
+    mean_of(scene, BACK, back);
+    mean_of(scene, POSITION, mean);
+    bool told = normalise(back, PARALLEL) > PARALLEL;
+    for (int i = 0; i < 3; i++) ahead[i] = mean[i] - focus[i];
+    depth = vw_dot(ahead, back, 3);
+    for (int i = 0; i < 3; i++) target[i] = mean[i] - depth * back[i];
+    told = told && depth > 0 && look_at(mean, target, up, mean_to_world);
+    enum vw_status status = told ? spread_of(scene, mean_to_world, spread) : VW_OK;
+    for (uint32_t f = 0; f < path->count && !status && told; f++) {
+        double angle = 2 * M_PI * SPIRAL_TURNS * f / path->count, position[3];
+        const double along[3] = {cos(angle), -sin(angle), -sin(angle / SPIRAL_TURNS)};
+        for (int i = 0; i < 3; i++) {
+            position[i] = mean[i];
+            for (int axis = RIGHT; axis <= BACK; axis++)
+                position[i] += along[axis] * spread[axis] * mean_to_world[i][axis];
+        }
+        told = look_at(position, target, up, path->frames[f].camera_to_world);
+    }
+    if (status || told) return status;
+    return vw_fail(VW_ERROR_USAGE, "--path spiral: the cameras do not face one way; use --path orbit");
+}
+
+// ---- Cameras --------------------------------------------------------------------------------------------------------
+
+static int by_name(const void *one, const void *other) {
+    return strverscmp((*(const struct vw_view *const *)one)->name, (*(const struct vw_view *const *)other)->name);
+}
+
+// Computes the unit quaternion of a rotation by Shepperd's method, from the largest of its four numbers, for precision.
+static void quaternion_of(const struct vw_view *view, double q[4]) {
+    const double(*m)[4] = view->camera_to_world;
+    double trace = m[0][0] + m[1][1] + m[2][2];
+    int largest = 3;
+    for (int i = 0; i < 3; i++)
+        if (m[i][i] > (largest == 3 ? trace : m[largest][largest])) largest = i;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        if (largest == 3) q[i] = m[k][j] - m[j][k];
+        else q[i] = i == largest ? 1 + 2 * m[i][i] - trace : m[largest][i] + m[i][largest];
+    }
+    if (largest == 3) q[3] = 1 + trace;
+    else q[3] = m[(largest + 2) % 3][(largest + 1) % 3] - m[(largest + 1) % 3][(largest + 2) % 3];
+    double length = sqrt(vw_dot(q, q, 4));
+    for (int i = 0; i < 4; i++) q[i] /= length;
+}
+
+static void set_rotation(const double q[4], double m[3][4]) {
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            double odd = i == j ? 0 : ((j + 3 - i) % 3 == 1 ? -q[3 - i - j] : q[3 - i - j]) * q[3];
+            m[i][j] = 2 * (q[i] * q[j] + odd) + (i == j ? 2 * q[3] * q[3] - 1 : 0);
+        }
+}
+
+static void turn_between(const struct vw_view *from, const struct vw_view *to, double share, double m[3][4]) {
+    double a[4], b[4], q[4];
+    quaternion_of(from, a);
+    quaternion_of(to, b);
+    double cosine = vw_dot(a, b, 4), sign = cosine < 0 ? -1 : 1, angle = acos(fmin(fabs(cosine), 1));
+    bool near = sin(angle) < PARALLEL; // where sines of the angle are nearly the angle
+    for (int i = 0; i < 4; i++)
+        q[i] = near ? (1 - share) * a[i] + share * sign * b[i]
+                    : (sin((1 - share) * angle) * a[i] + sign * sin(share * angle) * b[i]) / sin(angle);
+    set_rotation(q, m);
+}
+
+// Returns Catmull-Rom's curve from p[1] to p[2].
+static double interpolate(const double p[4], double share) {
+    return p[1] + 0.5 * share *
+                      (p[2] - p[0] +
+                       share * (2 * p[0] - 5 * p[1] + 4 * p[2] - p[3] + share * (3 * (p[1] - p[2]) + p[3] - p[0])));
+}
+
+// Places a frame `share` of the way from one camera to the next.
+static void place_between(const struct vw_view *const *views, uint32_t count, uint32_t from, double share,
+                          double camera_to_world[3][4]) {
+    memcpy(camera_to_world, views[from]->camera_to_world, sizeof views[from]->camera_to_world);
+    if (share == 0) return;
+    turn_between(views[from], views[from + 1], share, camera_to_world);
+    for (int i = 0; i < 3; i++) {
+        double p[4];
+        p[1] = views[from]->camera_to_world[i][POSITION];
+        p[2] = views[from + 1]->camera_to_world[i][POSITION];
+        p[0] = from ? views[from - 1]->camera_to_world[i][POSITION] : 2 * p[1] - p[2];
+        p[3] = from + 2 < count ? views[from + 2]->camera_to_world[i][POSITION] : 2 * p[2] - p[1];
+        camera_to_world[i][POSITION] = interpolate(p, share);
+    }
+}
+
+static enum vw_status make_through(const struct vw_scene *scene, const struct vw_camera_path *path) {
+    const struct vw_view **views = vw_allocate(scene->view_count, sizeof(const struct vw_view *));
+    if (!views) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++) views[v] = &scene->views[v];
+    qsort(views, scene->view_count, sizeof *views, by_name);
+    uint64_t last = path->count > 1 ? path->count - 1 : 1;
+    for (uint32_t f = 0; f < path->count; f++) {
+        uint64_t place = (uint64_t)f * (scene->view_count - 1);
+        place_between(views, scene->view_count, (uint32_t)(place / last), (double)(place % last) / (double)last,
+                      path->frames[f].camera_to_world);
+    }
+    free(views);
+    return VW_OK;
+}
+
+// ---- All of them ----------------------------------------------------------------------------------------------------
+
+bool vw_camera_path_is(const char *name) {
+    return !strcmp(name, "orbit") || !strcmp(name, "spiral") || !strcmp(name, "cameras");
+}
+
+enum vw_status vw_camera_path_make(const struct vw_scene *scene, const char *name, uint32_t view, uint32_t count,
+                                   struct vw_camera_path *path) {
+    struct vw_camera_path made = {vw_allocate(count, sizeof *made.frames), count};
+    if (!made.frames) return VW_ERROR_MEMORY;
+    enum vw_status status = !strcmp(name, "orbit")    ? make_orbit(scene, view, &made)
+                            : !strcmp(name, "spiral") ? make_spiral(scene, &made)
+                                                      : make_through(scene, &made);
+    for (uint32_t f = 0; f < count && !status; f++) {
+        made.frames[f].camera = vw_camera_pinhole(&scene->views[view].camera);
+        vw_camera_path_set_depths(scene, &made.frames[f]);
+    }
+    if (!status) *path = made;
+    else free(made.frames);
+    return status;
+}
