@@ -56,7 +56,8 @@ void vw_verified_selection_print(const struct vw_verified_selection *verified, u
     if (verified->candidates.count > 1) {
         vw_print(
             "verified by trainings at equal steps with seeds %" PRIu64 " to %" PRIu64
-            ": %u and %u validation photos\nselect for each other; gain in PSNR over all photos, 90 %% interval\n\n",
+            ": %u and %u validation photos\nselect for each other; gain in PSNR over all photos, 98 %% interval;\nthinned: every n-th photo "
+            "by name left out; random: drawn\n\n",
             verified->first_seed, verified->first_seed + seeds - 1, verified->half_sizes[VW_HALF_A],
             verified->half_sizes[VW_HALF_B]);
         vw_print("%-18s %6s   %8s  interval\n", "list", "photos", "gain, dB");
