@@ -77,7 +77,8 @@ for scene in transforms colmap; do
 done
 check "it has the photos of the run in their splits" same_photos transforms.run transforms.again pictures/ images/
 check "so does that of COLMAP" same_photos colmap.run colmap.again images/ images/
-check "masks came along" answers "j ->> '\$.masks' BETWEEN 5 AND 6" "$program" info "$folder/transforms.copy" --json --quiet --device llvmpipe
+check "masks came along" answers "j ->> '\$.masks' BETWEEN 5 AND 6" \
+    "$program" info "$folder/transforms.copy" --json --quiet --device llvmpipe
 check "by COLMAP's names, too" test -s "$folder/colmap.copy/masks/0.png.png" -a -s "$folder/colmap.copy/masks/sub/7.png.png"
 check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' = '$folder/list.txt' AND j ->> '\$.format' = 'colmap' AND
     j ->> '\$.copy' = '$folder/both' AND json_array_length(j, '\$.selected') = 8" \
@@ -95,7 +96,8 @@ check "a place that is not there is a failure" fails 1 'no/such/copy: cannot mak
     "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/no/such/copy" --quiet
 mkdir "$folder/full"
 if mount -t tmpfs -o size=12k tmpfs "$folder/full" 2>/dev/null; then
-    check "a full disk is a failure" fails 1 'No space left' "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/full/copy" --quiet
+    check "a full disk is a failure" fails 1 'No space left' \
+        "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/full/copy" --quiet
     check "nothing is left on it" test -z "$(ls -A "$folder/full")"
     umount "$folder/full"
 else
