@@ -64,6 +64,12 @@ float length_between(vw_ray ray, float from, float to) {
     return extent;
 }
 
+// Returns the distance that a ray of the box has from its origin at a place, and an unbounded one from the camera.
+float distance_at(vw_ray ray, float place) {
+    if (EFFECT_UNBOUNDED != 0u) return ray.origin_near.w + disparity_parameter(ray, place);
+    return ray.origin_near.w + place * ray.direction_stride.w;
+}
+
 // Returns the position in the field's unit cube; the clamp affects only rounding at the faces and rays that miss.
 vec3 position_at(vw_ray ray, float place) {
     if (EFFECT_UNBOUNDED != 0u) {

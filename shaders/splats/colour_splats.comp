@@ -1,4 +1,5 @@
-// The drawn form of every sighting that is seen: its shape, and its colour from the view's direction.
+// The drawn form of every sighting that is seen: its shape, and its colour from the view's direction; variant `depth`:
+// in place of the colour the depth along the view's axis, in box edges.
 #include "splats/harmonics.glsl"
 layout(local_size_x = 64) in;
 
@@ -23,6 +24,9 @@ void main() {
         for (uint end = (degree + 1u) * (degree + 1u); k < end; k++)
             colour += harmonic(k, direction).w * splats[(SPLAT_HARMONICS + k) * push.stride + splat].rgb;
     colour = mix(colour, vec3(0.0), lessThan(colour, vec3(0.0)));
+#ifdef VW_DEPTH
+    colour = vec3(-dot(seen, camera.back.xyz));
+#endif
     vw_splat_shape shape = shapes[sighting];
     drawn[rank * VW_SPLAT_DRAWN4] = shape.centre_conic;
     drawn[rank * VW_SPLAT_DRAWN4 + 1u] = vec4(shape.conic_depth.xy, colour.rg);

@@ -1,5 +1,5 @@
 // Copies a drawing to the pixels that an evaluator looks at: their colours over the backdrop, and what is left of the
-// light. Not numbers where the drawing had no room, so that validation says so.
+// light. Not numbers where the drawing had no room, so that validation says so. Variant `depth`: without the backdrop.
 #define SEES_SKY
 #include "effects/seen.glsl"
 layout(local_size_x = 64) in;
@@ -16,7 +16,11 @@ void main() {
     if (index >= push.count) return;
     uvec2 place = shown[push.first + index];
     vec4 drawn = blended[place.y];
+#ifdef VW_DEPTH
+    vec3 colour = drawn.rgb;
+#else
     vec3 colour = drawn.rgb + drawn.a * backdrop_colour(rays[place.x], place.x, uvec4(0u));
+#endif
     vec4 missing = vec4(uintBitsToFloat(0x7FC00000u));
     colours[place.x] = mix(vec4(colour, drawn.a), missing, bvec4(splat_state.overflow != 0u));
 }

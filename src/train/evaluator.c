@@ -36,16 +36,26 @@ static enum vw_status make_room_for_views(uint32_t rays, struct vw_evaluator *ev
     return VW_OK;
 }
 
-enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t rays, struct vw_evaluator *evaluator) {
+static enum vw_status create(struct vw_radiance_field *field, uint32_t rays, bool depth,
+                             struct vw_evaluator *evaluator) {
     const struct vw_model *model = field->model;
     *evaluator = (struct vw_evaluator){
-        .field = field, .objects = {.gpu = field->gpu}, .ray_count = vw_model_pad_rays(model, rays)};
+        .field = field, .objects = {.gpu = field->gpu}, .ray_count = vw_model_pad_rays(model, rays), .depth = depth};
     enum vw_status status = make_room_for_views(rays, evaluator);
     if (!status) status = create_buffers(rays, evaluator);
     if (!status) status = model->renderer->create_evaluation(evaluator);
     if (!status) status = vw_submission_create(field->gpu, &evaluator->submission);
     if (status) vw_evaluator_destroy(evaluator);
     return status;
+}
+
+enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t rays, struct vw_evaluator *evaluator) {
+    return create(field, rays, false, evaluator);
+}
+
+enum vw_status vw_evaluator_create_of_depth(struct vw_radiance_field *field, uint32_t rays,
+                                            struct vw_evaluator *evaluator) {
+    return create(field, rays, true, evaluator);
 }
 
 void vw_evaluator_destroy(struct vw_evaluator *evaluator) {

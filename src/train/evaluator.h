@@ -21,6 +21,7 @@ struct vw_evaluator {
     struct vw_radiance_field *field; // borrowed
     struct vw_gpu_objects objects;   // owned: all buffers and passes
     uint32_t ray_count;              // with padding
+    bool depth;                      // colours are depths: see vw_evaluator_create_of_depth()
     struct vw_buffer *pixels, *rays, *colours;
     struct vw_pass *generate;
     struct vw_effect_sets effects;
@@ -40,6 +41,11 @@ struct vw_evaluator {
 
 // Creates an evaluator for up to `rays` rays.
 enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t rays, struct vw_evaluator *evaluator);
+// Creates one whose colours are, in x, depths times what the ray has of them: its share 1 - w. A volume tells them as
+// distances along the ray (t of distance_at() in shaders/rays/sampling.glsl), splats along the camera's axis; in box
+// edges.
+enum vw_status vw_evaluator_create_of_depth(struct vw_radiance_field *field, uint32_t rays,
+                                            struct vw_evaluator *evaluator);
 void vw_evaluator_destroy(struct vw_evaluator *evaluator);
 // Makes the rays of `count` <= `rays` pixels and waits for them. The rest is padding.
 enum vw_status vw_evaluator_set_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);

@@ -138,9 +138,10 @@ enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, floa
 enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
                                        float **rgb);
 // Renders what another camera sees: camera, camera_to_world and range of depths of `posed`, of which nothing else is
-// read. An effect that sees a view by its photo sees it by that of `view`.
+// read. An effect that sees a view by its photo sees it by that of `view`. `depth`: instead of rgb one float per pixel,
+// the expected depth along the camera's axis in world units; 0 where a ray sees less than a hundredth of anything.
 enum vw_status vw_trainer_render_posed(struct vw_trainer *trainer, uint32_t view, const struct vw_view *posed,
-                                       float **rgb);
+                                       bool depth, float **values);
 
 // Measures how near the field comes to each of these views (scene indices): validation's passes, on all usable pixels,
 // or on `pixels_max` of them spread evenly over a view that has more. Where validation fits a gain and a bias to the

@@ -171,18 +171,18 @@ enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, floa
 
 enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
                                        float **rgb) {
-    const struct vw_picture picture = {view, &trainer->scene->views[view].camera, {size_px[0], size_px[1]}};
+    const struct vw_picture picture = {.view = view, .size_px = {size_px[0], size_px[1]}};
     enum vw_status status = vw_scene_decode(trainer->scene, &view, 1);
     return status ? status : vw_field_render(&trainer->field, &picture, rgb);
 }
 
 enum vw_status vw_trainer_render_posed(struct vw_trainer *trainer, uint32_t view, const struct vw_view *posed,
-                                       float **rgb) {
-    const struct vw_picture picture = {view, &posed->camera, {posed->camera.width_px, posed->camera.height_px}};
+                                       bool depth, float **values) {
+    const struct vw_picture picture = {view, {posed->camera.width_px, posed->camera.height_px}, depth};
     enum vw_status status = vw_field_pose(&trainer->field, view, posed);
-    if (!status) status = vw_field_render(&trainer->field, &picture, rgb);
+    if (!status) status = vw_field_render(&trainer->field, &picture, values);
     enum vw_status undone = vw_field_pose(&trainer->field, view, NULL);
-    if (!status && undone) free(*rgb);
+    if (!status && undone) free(*values);
     return status ? status : undone;
 }
 

@@ -1,6 +1,7 @@
 // Measuring whole views agrees with validation on the pixels that it looks at, and with rendering on all of them.
 #include "support/cmocka_test.h"
 
+#include "base/memory.h"
 #include "image/image.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
@@ -142,7 +143,7 @@ static void check_posed(const char *effects, enum vw_field field, double k1) {
     uint32_t place = trainer->validation.views[0], other = trainer->validation.views[1];
     ASSERT_OK(vw_trainer_render(trainer, place, &before));
     ASSERT_OK(vw_trainer_render(trainer, other, &expected));
-    ASSERT_OK(vw_trainer_render_posed(trainer, place, &scene->views[other], &posed));
+    ASSERT_OK(vw_trainer_render_posed(trainer, place, &scene->views[other], false, &posed));
     ASSERT_OK(vw_trainer_render(trainer, place, &after));
     assert_memory_equal(posed, expected, bytes);
     assert_memory_equal(after, before, bytes);
@@ -174,13 +175,64 @@ TEST(a_posed_camera_has_its_own_size) {
         larger.camera.height_px *= 2;
         float *own, *posed;
         ASSERT_OK(vw_trainer_render(trainer, 2, &own));
-        ASSERT_OK(vw_trainer_render_posed(trainer, 2, &larger, &posed));
+        ASSERT_OK(vw_trainer_render_posed(trainer, 2, &larger, false, &posed));
         for (uint32_t y = 0; y < height_px; y++)
             for (uint32_t x = 0; x < 3 * width_px; x++)
                 assert_float_equal(posed[3 * (3 * y * width_px + x / 3) + x % 3],
                                    own[3 * (y * width_px + x / 3) + x % 3], 1e-3);
         for (uint32_t value = 0; value < 18 * width_px * height_px; value++) assert_true(isfinite(posed[value]));
         free(own), free(posed);
+        test_release(trainer);
+    }
+}
+
+// ---- Depths ---------------------------------------------------------------------------------------------------------
+
+// Renders the depth at the box's centre from `away` half extents before it, turned by so many degrees, of which the
+// pixel's place makes up.
+static float central_depth(struct vw_trainer *trainer, double scale, double away, double turned_deg) {
+    double c = cos(turned_deg * M_PI / 180), s = sin(turned_deg * M_PI / 180), focal_px = 50 * away;
+    struct vw_view posed = {.camera = {.width_px = 1,
+                                       .height_px = 1,
+                                       .focal_x_px = focal_px,
+                                       .focal_y_px = focal_px,
+                                       .centre_x_px = 0.5 - focal_px * s / c,
+                                       .centre_y_px = 0.5}};
+    const double pose[3][4] = {{-s, 0, c, away * scale}, {c, 0, s, 0}, {0, 1, 0, 0}};
+    memcpy(posed.camera_to_world, pose, sizeof pose);
+    float *depth, value;
+    ASSERT_OK(vw_trainer_render_posed(trainer, 0, &posed, true, &depth));
+    value = depth[0];
+    free(depth);
+    return value;
+}
+
+// A camera that steps back sees the same as much farther, within the box; one that turns sees the share of the way that
+// is along its axis.
+TEST(depths_are_along_the_axis_in_world_units) {
+    static const struct {
+        const char *effects;
+        enum vw_field field;
+        double tolerance;
+    } cases[] = {{"none", VW_FIELD_HASH, 1e-3},
+                 {"unbounded", VW_FIELD_HASH, 0.4}, // its samples move with the camera
+                 {"none", VW_FIELD_SPLATS, 0.15}};  // drawn by another Jacobian
+    const double scale = 7;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+            .train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18, .world_scale = scale});
+        struct vw_config config = test_config_of(cases[i].field);
+        strcpy(config.effects, cases[i].effects);
+        struct test_run *run = calloc(1, sizeof *run);
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+        test_run_advance(trainer, run);
+        double depth = central_depth(trainer, scale, 3, 0), tolerance = cases[i].tolerance * scale;
+        assert_true(depth > 2 * scale - tolerance && (i == 1 || depth < 4 * scale));
+        assert_near(central_depth(trainer, scale, 3.5, 0), depth + 0.5 * scale, tolerance);
+        if (i != 1) // where rays begin near the box
+            assert_near(central_depth(trainer, scale, 9, 0), depth + 6 * scale, 2 * tolerance);
+        assert_near(central_depth(trainer, scale, 3, 40), depth * cos(40 * M_PI / 180), tolerance);
+        free(run);
         test_release(trainer);
     }
 }

@@ -44,7 +44,7 @@ static enum vw_status render_frame(const struct vw_rendering *rendering, const s
                                    const char *name) {
     float *rgb = NULL;
     if (!name) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_trainer_render_posed(rendering->trainer, rendering->view, frame, &rgb);
+    enum vw_status status = vw_trainer_render_posed(rendering->trainer, rendering->view, frame, false, &rgb);
     if (!status) status = vw_image_save(name, frame->camera.width_px, frame->camera.height_px, 3, rgb);
     free(rgb);
     return status;

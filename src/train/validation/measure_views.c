@@ -5,10 +5,12 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "train/effects/effects.h"
 #include "train/effects/encode_photo.h"
 #include "train/evaluator.h"
 #include "train/pixels.h"
+#include "train/renderers/registry.h"
 #include "train/validation/code_fit.h"
 #include "train/validation/view_fit.h"
 
@@ -258,42 +260,64 @@ void vw_whole_view_free(struct vw_whole_view *whole) {
 // ---- Renders --------------------------------------------------------------------------------------------------------
 
 enum { RENDERED_RAYS = 8192 };
+static const double SEEN_LEAST = 0.01; // share of a ray's light that tells a depth
 
 // Returns the photo's pixel in the middle of the `place`-th of `count` parts of a side.
 static uint32_t middle_of(uint32_t side_px, uint64_t place, uint32_t count) {
     return (uint32_t)((2 * place + 1) * side_px / (2 * (uint64_t)count));
 }
 
+// Returns the depth along the camera's axis, in world units; 0 where the ray sees next to nothing.
+static float depth_of(const struct vw_radiance_field *field, const struct vw_view *view, const struct vw_pixel *pixel,
+                      vw_float4 seen) {
+    const struct vw_box *box = &field->model->box;
+    double share = 1 - (double)seen.w, direction[3];
+    if (!vw_camera_unproject(&view->camera, pixel->x_px, pixel->y_px, direction) || !(share > SEEN_LEAST)) return 0;
+    double segment = sqrt(vw_dot(direction, direction, 3)), depth = seen.x / share;
+    if (field->model->renderer != &renderer_splats) {
+        bool from_camera = field->model->specialization.effect_unbounded;
+        depth = depth / segment + (from_camera ? 0 : vw_field_camera(field->model, view, box).reference.w);
+    }
+    return (float)(depth * 2 * box->half_extent_world);
+}
+
 static enum vw_status render_tiles(struct vw_evaluator *evaluator, const struct vw_picture *picture,
-                                   struct vw_pixel *pixels, vw_float4 *colours, float *rgb) {
+                                   struct vw_pixel *pixels, vw_float4 *colours, float *values) {
+    const struct vw_view *view = vw_field_view(evaluator->field, picture->view);
     const uint32_t *size_px = picture->size_px;
     uint64_t total = (uint64_t)size_px[0] * size_px[1];
     for (uint64_t first = 0; first < total; first += RENDERED_RAYS) {
         uint32_t count = total - first < RENDERED_RAYS ? (uint32_t)(total - first) : RENDERED_RAYS;
         for (uint32_t i = 0; i < count; i++) // without a target: the field does not see it
             pixels[i] = (struct vw_pixel){
-                .x_px = 0.5f + (float)middle_of(picture->camera->width_px, (first + i) % size_px[0], size_px[0]),
-                .y_px = 0.5f + (float)middle_of(picture->camera->height_px, (first + i) / size_px[0], size_px[1]),
+                .x_px = 0.5f + (float)middle_of(view->camera.width_px, (first + i) % size_px[0], size_px[0]),
+                .y_px = 0.5f + (float)middle_of(view->camera.height_px, (first + i) / size_px[0], size_px[1]),
                 .view = picture->view};
         enum vw_status status = vw_evaluator_render(evaluator, pixels, count, colours);
         if (status) return status;
-        for (uint32_t i = 0; i < count; i++) memcpy(rgb + 3 * (first + i), &colours[i], 3 * sizeof *rgb);
+        for (uint32_t i = 0; i < count && !picture->depth; i++)
+            memcpy(values + 3 * (first + i), &colours[i], 3 * sizeof *values);
+        for (uint32_t i = 0; i < count && picture->depth; i++)
+            values[first + i] = depth_of(evaluator->field, view, &pixels[i], colours[i]);
     }
     return VW_OK;
 }
 
-enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **rgb) {
+enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **values) {
     struct vw_evaluator evaluator = {0};
     struct vw_pixel *pixels = vw_allocate(RENDERED_RAYS, sizeof *pixels);
     vw_float4 *colours = vw_allocate(RENDERED_RAYS, sizeof *colours);
-    float *rendered = vw_allocate((size_t)picture->size_px[0] * picture->size_px[1], 3 * sizeof *rendered);
+    float *rendered =
+        vw_allocate((size_t)picture->size_px[0] * picture->size_px[1], (picture->depth ? 1 : 3) * sizeof *rendered);
     enum vw_status status = pixels && colours && rendered ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = vw_evaluator_create(field, RENDERED_RAYS, &evaluator);
+    if (!status)
+        status = picture->depth ? vw_evaluator_create_of_depth(field, RENDERED_RAYS, &evaluator)
+                                : vw_evaluator_create(field, RENDERED_RAYS, &evaluator);
     if (!status) status = render_tiles(&evaluator, picture, pixels, colours, rendered);
     vw_evaluator_destroy(&evaluator);
     free(pixels);
     free(colours);
-    if (!status) *rgb = rendered;
+    if (!status) *values = rendered;
     else free(rendered);
     return status;
 }

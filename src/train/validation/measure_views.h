@@ -25,12 +25,12 @@ enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, u
 // ---- Renders ----
 
 struct vw_picture {
-    uint32_t view;                  // index in the field's scene
-    const struct vw_camera *camera; // that the field has of the view
-    uint32_t size_px[2]; // at most the camera's: a smaller picture takes the pixel in the middle of each of its own
+    uint32_t view;       // index in the field's scene
+    uint32_t size_px[2]; // at most the view's: a smaller picture takes the pixel in the middle of each of its own
+    bool depth;          // instead of rgb: the expected depth along the camera's axis in world units; 0: nothing seen
 };
 
-// Renders rgb floats, width * height * 3, rows top to bottom, owned by the caller.
-enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **rgb);
+// Renders floats, rows top to bottom: rgb, or a depth per pixel. Owned by the caller.
+enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **values);
 
 #endif

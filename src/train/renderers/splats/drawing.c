@@ -66,9 +66,12 @@ static enum vw_status create_passes(const struct vw_splat_pass_params *params, s
     for (uint32_t from = 0; from < 2; from++)
         common[from] = vw_splat_common(params, bindings[from], vw_splat_drawing_bind(d, params, from, bindings[from]));
     const struct vw_pass_row first[] = {
-        {&vw_shader_mark_tiles, &d->mark},           {&vw_shader_project_splats, &d->project},
-        {&vw_shader_place_pairs, &d->place},         {&vw_shader_colour_splats, &d->colour},
-        {&vw_shader_place_digits, &d->place_digits}, {&vw_shader_count_digits, &d->count_digits[0]},
+        {&vw_shader_mark_tiles, &d->mark},
+        {&vw_shader_project_splats, &d->project},
+        {&vw_shader_place_pairs, &d->place},
+        {params->depth ? &vw_shader_colour_splats_depth : &vw_shader_colour_splats, &d->colour},
+        {&vw_shader_place_digits, &d->place_digits},
+        {&vw_shader_count_digits, &d->count_digits[0]},
         {&vw_shader_scatter_pairs, &d->scatter[0]},
     };
     const struct vw_pass_row second[] = {

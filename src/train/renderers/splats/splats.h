@@ -44,6 +44,7 @@ struct vw_splat_pass_params {
     uint32_t binding_count;
     const char *role;
     bool ray_effects; // sky, or photos fitted by fit_photo: the variants of compare_windows and slope_pixels
+    bool depth;       // the variant of colour_splats
 };
 
 // Draws tiles. The host writes `tiles` (mapped), `record` draws a range of them.

@@ -225,7 +225,8 @@ static enum vw_status create_show(const struct vw_evaluator *evaluator, const st
     const struct vw_effect_buffers of_effects = {field->params, field->effect_buffers, NULL};
     vw_effects_bind(field->model, &of_effects, bindings, &count);
     const struct vw_pass_params common = vw_pass_params_of(run, bindings, count, evaluator_role);
-    return vw_pass_create_of(&splats->objects, &common, &vw_shader_show_pixels, &splats->show);
+    return vw_pass_create_of(&splats->objects, &common,
+                             evaluator->depth ? &vw_shader_show_pixels_depth : &vw_shader_show_pixels, &splats->show);
 }
 
 static enum vw_status create_sized(const struct vw_evaluator *evaluator, const struct vw_splat_pass_params *sized) {
@@ -242,6 +243,7 @@ static enum vw_status create_sized(const struct vw_evaluator *evaluator, const s
     };
     struct vw_splat_pass_params params = *sized;
     params.role = evaluator_role;
+    params.depth = evaluator->depth;
     params.bindings = bindings;
     params.binding_count = VW_ARRAY_COUNT(bindings);
     if (!status) status = vw_splat_drawing_create(&params, &splats->drawing);

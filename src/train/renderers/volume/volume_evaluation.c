@@ -43,7 +43,7 @@ static enum vw_status create_passes(struct vw_evaluator *evaluator) {
         .objects = &evaluator->objects, .common = vw_pass_params_of(&specialization, bindings, count, evaluator_role)};
     const struct vw_pass_row passes[] = {
         {&vw_shader_generate_rays, &evaluator->generate},
-        {&vw_shader_composite_rays, &evaluator->composite},
+        {evaluator->depth ? &vw_shader_composite_rays_depth : &vw_shader_composite_rays, &evaluator->composite},
     };
     enum vw_status status = vw_passes_create(&evaluator->objects, &field.common, passes, VW_ARRAY_COUNT(passes));
     evaluator->passes.specialization = specialization;
