@@ -176,12 +176,31 @@ static enum vw_status train_lists(struct work *work, uint32_t training) {
     return status;
 }
 
+// Tells the price of all trainings. Copies their photos, because a random list has those drawn last.
+static enum vw_status announce(struct work *work) {
+    struct vw_comparison *comparison = work->comparison;
+    uint32_t lists = comparison->sets.count, count = lists * comparison->training_count;
+    size_t photos = work->retrainer.train_count;
+    struct vw_retrain_params *retrainings = vw_allocate(count, sizeof *retrainings);
+    uint32_t *views = vw_allocate(count * photos, sizeof *views);
+    enum vw_status status = retrainings && views ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < count; i++) {
+        retrainings[i] = retraining_of(comparison, i % lists, i / lists);
+        retrainings[i].views =
+            memcpy(views + i * photos, retrainings[i].views, retrainings[i].view_count * sizeof *views);
+    }
+    if (!status) status = vw_retrainer_announce(&work->retrainer, retrainings, count);
+    free(retrainings);
+    free(views);
+    return status;
+}
+
 // Trains seed by seed, so that an interrupted comparison has whole pairs. Retrainings with the first seed save the
 // pictures for the renders.
 static enum vw_status train(struct work *work) {
     struct vw_comparison *comparison = work->comparison;
     struct vw_retrainer *retrainer = &work->retrainer;
-    enum vw_status status = VW_OK;
+    enum vw_status status = announce(work);
     retrainer->planned = (uint64_t)comparison->sets.count * comparison->training_count;
     retrainer->saved_views =
         (struct vw_saved_views){.views = comparison->rendered_views, .folder = work->pictures_folder};

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "run/lasting/lasting.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/estimate.h"
 
@@ -10,12 +11,9 @@ const struct vw_priced_command vw_priced_commands[VW_PRICED_COMMANDS] = {
     [VALUE] = {"value", "value", 1},
     [LASTING] = {"lasting", "lasting", 7}, // the backward pass repeats the run; the others are the gate's
     [COMPARE] = {"compare", "compare --list A --list B", 6},
-    [SELECT] = {"select", "select --verify",
-                50}, // all photos and 12 lists by either half of the validation photos, two seeds
+    [SELECT] = {"select", "select", 50}, // two seeds of all photos, and of 12 lists by either half of those that judge
     [WORTH] = {"worth", "worth --retrainings 64", 64},
 };
-static const double BACKWARD_PASS = 2.5; // times a run: 2.4 (courtyard) and 2.5 (fox), draft, lavapipe, 2026-11-27
-enum { GATE_EPOCHS = 6 };
 
 // Measures a step, with or without scoring; retrainings are without. NaN: the training has too few.
 static enum vw_status measure_step(const struct vw_trainer_params *params, struct vw_estimate *estimate) {
@@ -36,10 +34,8 @@ static enum vw_status price_level(struct vw_trainer_params params, struct vw_lev
     prices->steps = scored.steps;
     for (uint32_t c = 0; c < VW_PRICED_COMMANDS; c++) prices->seconds[c] = vw_priced_commands[c].trainings * training_s;
     prices->seconds[VALUE] = run_s;
-    if (params.config->field == VW_FIELD_SPLATS) prices->seconds[LASTING] = NAN;
-    else
-        prices->seconds[LASTING] = BACKWARD_PASS * run_s + (vw_priced_commands[LASTING].trainings - 1) * training_s *
-                                                               fmin(1, (double)GATE_EPOCHS / params.config->epochs);
+    prices->seconds[LASTING] =
+        params.config->field == VW_FIELD_SPLATS ? NAN : vw_lasting_seconds(params.config, true, run_s, training_s);
     return VW_OK;
 }
 

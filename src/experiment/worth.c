@@ -117,11 +117,30 @@ static enum vw_status summarise(struct work *work, bool *reached) {
     return status;
 }
 
+static uint32_t larger(uint32_t a, uint32_t b) { return a > b ? a : b; }
+
 static uint32_t count_missing(const struct work *work) {
     const struct vw_worth_run_params *params = work->params;
     uint32_t of_photos = count_recorded(work, false), of_providers = count_recorded(work, true);
     return (params->retrainings > of_photos ? params->retrainings - of_photos : 0) +
            (params->provider_retrainings > of_providers ? params->provider_retrainings - of_providers : 0);
+}
+
+// Tells the price of all that are missing.
+static enum vw_status announce(struct work *work) {
+    const struct vw_scoring *scoring = &work->result->scoring;
+    uint32_t first = scoring->retraining_count, count = count_missing(work);
+    const struct vw_worth_plan_progress progress = {
+        scoring->retrainings, first, larger(work->params->retrainings, count_recorded(work, false)),
+        larger(work->params->provider_retrainings, count_recorded(work, true))};
+    struct vw_ledger_retraining *rows = NULL;
+    struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
+    enum vw_status status = trained ? list_retrainings(work, &progress, &rows) : VW_ERROR_MEMORY;
+    if (!status) vw_worth_plan_describe(rows + first, count, trained);
+    if (!status) status = vw_retrainer_announce(&work->retrainer, trained, count);
+    free(rows);
+    free(trained);
+    return status;
 }
 
 // Asks for the accuracy at the same numbers of retrainings, wherever it began.
@@ -131,6 +150,7 @@ static enum vw_status retrain(struct work *work) {
     enum vw_status status = VW_OK;
     work->retrainer.planned = count_missing(work);
     if (work->params->until_confidence > 0) status = summarise(work, &reached);
+    if (!status && !reached) status = announce(work);
     while (!status && !reached && (made = count_recorded(work, false)) < most) {
         uint32_t next = (made / GROUP + 1) * GROUP;
         status = add_group(work, next < most ? next : most, of_providers);
@@ -230,8 +250,6 @@ static enum vw_status open_run(struct work *work) {
     work->config = vw_config_of_retrainings(&result->recorded, &result->scoring.input);
     return VW_OK;
 }
-
-static uint32_t larger(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
 static enum vw_status plan(struct work *work) {
     const struct vw_retrainer *retrainer = &work->retrainer;

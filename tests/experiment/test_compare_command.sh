@@ -26,6 +26,8 @@ column() { # column LIST SEED NUMBER: of compare.csv
 
 "$program" value tiny.json --out valued "${tiny[@]}" --epochs 3 --quiet >stdout || exit 1
 check "a comparison without interruption" compare whole "${three[@]}"
+price='trainings, about [0-9.]+ (s|min|h); Ctrl-C keeps what is done$'
+check "its price is told first" grep -qE "^6 $price" stderr
 check "the table has every list" test "$(grep -cE '^(all|top:3|random) +[36] +[36] ' stdout)" = 3
 difference='^  test PSNR +[-+][0-9.]+ \[ *[-+][0-9.]+, +[-+][0-9.]+\] dB  (within noise|better|worse)$'
 check "and differences with intervals" test "$(grep -cE "$difference" stdout)" = 3
@@ -80,6 +82,7 @@ before=$(retrainings whole)
 check "six retrainings" test "$before" = 6
 cp -r whole first
 check "a finished comparison is repeated" compare whole "${three[@]}" --json
+check "which costs nothing, with random lists too" eval '! grep -qE "$price" stderr'
 check "with the same bytes" diff -r --exclude=retrainings.db first whole
 json() { test "$(sqlite3 :memory: "WITH file AS (SELECT CAST(readfile('whole/compare.json') AS TEXT) AS j) SELECT $1 FROM file")" = "$2"; }
 check "JSON names the photos of lists" json "json_array_length(j, '\$.lists[1].photos')" 3

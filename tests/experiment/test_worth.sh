@@ -25,7 +25,9 @@ before=$(head_of run)
 check "without retrainings worth is a score of the run" \
     prints '^worth without retrainings is its prior alone: (dv|lasting)_psnr, whose level is unknown' worth run
 check "and changes nothing" test "$(head_of run)" = "$before"
-check "24 retrainings" prints '^worth from 24 retrainings, 3 of them on all photos$' worth run --retrainings 24
+check "24 retrainings" prints '^worth from 24 retrainings, 3 of them on all photos$' "$program" worth "$folder/run" --device llvmpipe \
+    --no-thumbnails --retrainings 24
+check "their price is told first" grep -qE '^24 trainings, about [0-9.]+ (s|min|h); Ctrl-C keeps what is done$' "$folder/stderr"
 check "their accuracy is told" grep -qE '^ +[+-][0-9.]+ \[ ?[+-][0-9.]+, ?[+-][0-9.]+\]  worth_psnr \(R\^2 ' "$folder/stdout"
 check "and that of the scores" grep -qE '^ +[+-][0-9.]+ \[ ?[+-][0-9.]+, ?[+-][0-9.]+\]  dv_psnr$' "$folder/stdout"
 check "and the noise" grep -qE '^noise    3 trainings on all photos differ by [0-9.]+ dB' "$folder/stdout"

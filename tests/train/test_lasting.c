@@ -126,6 +126,8 @@ TEST(replays_the_run_and_passes_the_gate) {
     }
     assert_agree(predicted, measured, TRAINS, 0.9);
     assert_agree(predicted_loss, measured_loss, TRAINS, 0.9);
+    assert_same_size(predicted, measured, TRAINS);
+    assert_same_size(predicted_loss, measured_loss, TRAINS);
     vw_lasting_destroy(&lasting);
 }
 

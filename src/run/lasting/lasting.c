@@ -10,8 +10,10 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "run/lasting/lasting_file.h"
 #include "run/outputs/checksums.h"
+#include "run/plan/estimate.h"
 #include "run/recorded/replayed_run.h"
 #include "run/run_private.h"
 #include "train/adjoint/lasting.h"
@@ -19,6 +21,7 @@
 #include "viewworth/value.h"
 
 enum { GATE_EPOCHS = 6, GATE_PHOTOS = 6 };
+static const double BACKWARD_PASS = 2.5; // times a run: 2.4 (courtyard) and 2.5 (fox), draft, lavapipe, 2026-11-27
 static const double SAVE_INTERVAL_S = 30;
 
 // A backward pass on its way.
@@ -229,6 +232,28 @@ static enum vw_status record(struct backward *pass) {
     return status ? status : remove_file(run->out, VW_LASTING_CREDITS_FILE);
 }
 
+// ---- Its price ------------------------------------------------------------------------------------------------------
+
+double vw_lasting_seconds(const struct vw_config *config, bool gated, double run_s, double training_s) {
+    double trainings = gated ? GATE_PHOTOS * fmin(1, (double)GATE_EPOCHS / config->epochs) : 0;
+    return BACKWARD_PASS * run_s + trainings * training_s;
+}
+
+// Tells it before a pass that begins.
+static enum vw_status announce(const struct backward *pass, const struct vw_trainer_params *training) {
+    bool gated = !pass->run->lasting.no_gate && vw_lasting_has_gate(training->config);
+    struct vw_estimate estimate = {0};
+    char about[VW_DURATION_BYTES];
+    if (vw_file_exists(pass->path)) return VW_OK;
+    enum vw_status status = vw_estimate_take_steps(training, &estimate);
+    if (status) return status;
+    double run_s = estimate.seconds_per_step * (double)pass->steps;
+    vw_text_duration(vw_lasting_seconds(training->config, gated, run_s, run_s), about);
+    vw_log_info("a backward pass%s, about %s; Ctrl-C keeps what is done",
+                gated ? " and 6 short trainings that check it" : "", about);
+    return VW_OK;
+}
+
 // ---- All of it ------------------------------------------------------------------------------------------------------
 
 static enum vw_status allocate(struct backward *pass) {
@@ -268,7 +293,8 @@ static enum vw_status open_pass(struct vw_run *run, const char *run_id, struct b
                                              .by_view = run->lasting.matrix,
                                              .replayed = vw_recorded_steps_compare,
                                              .context = &pass->recorded};
-    status = vw_lasting_create(&params, &pass->lasting);
+    status = announce(pass, &training);
+    if (!status) status = vw_lasting_create(&params, &pass->lasting);
     return status ? status : load(pass);
 }
 

@@ -13,6 +13,9 @@
 // asks to stop: the next pass continues from there.
 enum vw_status vw_run_backward(struct vw_run *run);
 
+// Estimates the seconds of a pass over a run that takes run_s, and of its gate, whose trainings have no scoring.
+double vw_lasting_seconds(const struct vw_config *config, bool gated, double run_s, double training_s);
+
 // Computes lasting credit for the run in params->out and writes its tables and report again; does nothing when the
 // folder has the result already. The run's ledger tells scene and config; of the params, device (NULL: the run's),
 // lasting, report, progress and context count. VW_ERROR_USAGE for a run that no backward pass can follow: imported,
