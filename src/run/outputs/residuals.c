@@ -20,7 +20,7 @@ struct candidate {
     uint32_t view;
     double quality; // -1: validation photo; 2: unknown
     double psnr_db; // once it has a picture; infinite: unknown
-    size_t place;   // of its picture
+    size_t place;   // its picture among the photos
 };
 
 static int compare_candidates(const void *left, const void *right) {
@@ -190,8 +190,8 @@ static enum vw_status add_photo(const struct vw_residuals_params *params, struct
     return *photos ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_RESIDUALS_FILE);
 }
 
-// Replaces the picture in the middle by a larger one, as far as the rays that are left allow. `candidates` are the
-// validation photos, which it sorts.
+// Replaces the picture in the middle by a larger one, if enough rays are left. `candidates` are the validation photos,
+// which it sorts.
 static enum vw_status enlarge_middle(const struct vw_residuals_params *params, struct candidate *candidates,
                                      uint32_t count, double *left, json_t *photos) {
     uint32_t known = 0, size_px[2], height_px = VW_RESIDUALS_LARGE_PX;
