@@ -288,13 +288,16 @@ function fillRankingFilters() {
   byId('ranking-filters').replaceChildren(...boxes);
 }
 
-function passes(row) {
+function passes(row, advised) {
   const text = [row.name, row.provider, row.ground_truth].join(' ').toLowerCase();
   return (chosen.split === '*' || row.split === chosen.split) && (chosen.provider === '*' || '=' + row.provider === chosen.provider) &&
-    (chosen.advice === '*' || advisedPhotos(run(), chosen.advice).includes(row.image)) && text.includes(chosen.text.toLowerCase());
+    (chosen.advice === '*' || advised.has(row.image)) && text.includes(chosen.text.toLowerCase());
 }
 
-function filterRanking() { ranking.table.setRows(ranking.rows.filter(passes)); }
+function filterRanking() {
+  const advised = new Set(chosen.advice === '*' ? [] : advisedPhotos(run(), chosen.advice));
+  ranking.table.setRows(ranking.rows.filter(row => passes(row, advised)));
+}
 
 function fillRanking() {
   const rows = photoRows(run()), columns = rankingColumns(rows);
