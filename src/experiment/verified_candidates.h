@@ -15,7 +15,7 @@ enum { VW_CANDIDATES_MAX = 20, VW_HALF_BOTH = VW_HALVES, VW_SCORINGS };
 struct vw_scorings {
     const struct vw_ledger_image *images;
     uint32_t image_count;
-    uint64_t seed;                               // of random lists
+    uint64_t seed;                               // draws the random lists
     struct vw_ledger_score *scores[VW_SCORINGS]; // owned by the caller
     uint32_t score_counts[VW_SCORINGS];
 };

@@ -79,6 +79,16 @@ check "the chosen one is one of them, and is the list" says "(SELECT value ->> '
 check "all photos have no gain" says "j ->> '\$.verified.candidates[0].name' = 'all' AND
     j ->> '\$.verified.candidates[0].gain_db' = 0"
 
+cp -r valued stopped
+"$program" select stopped --to stopped.txt --seeds 50 >stdout 2>stderr &
+process=$!
+for ((i = 0; i < 600 && $(retrainings stopped) <= made * 3 / 2; i++)); do sleep 0.1; done
+kill -INT "$process"
+wait "$process"
+check "Ctrl-C is said to keep the trainings" grep -q 'interrupted; stopped keeps the finished retrainings; the same command resumes' stderr
+check "some are kept" test "$(retrainings stopped)" -gt $((made * 3 / 2))
+check "no list is written" test ! -e stopped.txt
+
 # ---- A rule that was asked for ----
 
 check "--verify has the rule among the candidates" verify valued asked.txt --verify --drop 20%

@@ -149,7 +149,7 @@ TEST(lists_without_scores_are_the_same_by_all_scorings) {
                          lists[0].count * sizeof *lists[0].image_ids) != 0;
     }
     assert_int_equal(differ, 2); // the random ones, by another seed
-    // By name the order is the other way round: of ten photos, one of each half is left out.
+    // Ten photos by name, which is the other way round: the third of each five is left out.
     const struct vw_selection *thinned = &candidates.list[first + 1].selections[VW_HALF_BOTH];
     for (uint32_t i = 0; i < PHOTOS; i++) assert_int_equal(keeps(thinned, PHOTOS - 1 - i), i != 2 && i != 7);
     vw_candidates_free(&candidates);
