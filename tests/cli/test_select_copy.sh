@@ -68,8 +68,9 @@ same_photos() {
 }
 
 for scene in transforms colmap; do
-    check "$scene is valued" run "$program" value "$folder/$scene" --out "$folder/$scene.run" "${tiny[@]}"
-    check "it is copied" copies "$folder/$scene.run" "$folder/$scene.copy"
+    check "$scene is valued at half its size" run "$program" value "$folder/$scene" --out "$folder/$scene.run" "${tiny[@]}" --downscale 2
+    check "it is copied at its own" copies "$folder/$scene.run" "$folder/$scene.copy"
+    check "its cameras are of that size" answers "j ->> '\$.frames[0].w' = 8" cat "$folder/$scene.copy/transforms.json"
     check "the copy is valued as it is" run "$program" value "$folder/$scene.copy" --out "$folder/$scene.again" "${tiny[@]}"
     for format in transforms colmap; do
         check "its $format has the same cameras" same_cameras "$folder/$scene" "$folder/$scene.copy" "$format"
