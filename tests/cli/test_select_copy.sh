@@ -80,6 +80,9 @@ check "it has the photos of the run in their splits" same_photos transforms.run 
 check "so does that of COLMAP" same_photos colmap.run colmap.again images/ images/
 check "masks came along" answers "j ->> '\$.masks' BETWEEN 5 AND 6" \
     "$program" info "$folder/transforms.copy" --json --quiet --device llvmpipe
+check "transforms.json names them" answers "(SELECT count(*) = 11 AND sum(value ->> '\$.mask_path' =
+    'masks/' || substr(value ->> '\$.file_path', 8) || '.png') BETWEEN 5 AND 6 FROM json_each(j, '\$.frames'))" \
+    cat "$folder/transforms.copy/transforms.json"
 check "by COLMAP's names, too" test -s "$folder/colmap.copy/masks/0.png.png" -a -s "$folder/colmap.copy/masks/sub/7.png.png"
 check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' = '$folder/list.txt' AND j ->> '\$.format' = 'colmap' AND
     j ->> '\$.copy' = '$folder/both' AND json_array_length(j, '\$.selected') = 8" \
