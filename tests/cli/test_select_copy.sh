@@ -68,8 +68,9 @@ same_photos() {
 }
 
 for scene in transforms colmap; do
-    check "$scene is valued" run "$program" value "$folder/$scene" --out "$folder/$scene.run" "${tiny[@]}"
-    check "it is copied" copies "$folder/$scene.run" "$folder/$scene.copy"
+    check "$scene is valued at half its size" run "$program" value "$folder/$scene" --out "$folder/$scene.run" "${tiny[@]}" --downscale 2
+    check "it is copied at its own" copies "$folder/$scene.run" "$folder/$scene.copy"
+    check "its cameras are of that size" answers "j ->> '\$.frames[0].w' = 8" cat "$folder/$scene.copy/transforms.json"
     check "the copy is valued as it is" run "$program" value "$folder/$scene.copy" --out "$folder/$scene.again" "${tiny[@]}"
     for format in transforms colmap; do
         check "its $format has the same cameras" same_cameras "$folder/$scene" "$folder/$scene.copy" "$format"
@@ -79,6 +80,9 @@ check "it has the photos of the run in their splits" same_photos transforms.run 
 check "so does that of COLMAP" same_photos colmap.run colmap.again images/ images/
 check "masks came along" answers "j ->> '\$.masks' BETWEEN 5 AND 6" \
     "$program" info "$folder/transforms.copy" --json --quiet --device llvmpipe
+check "transforms.json names them" answers "(SELECT count(*) = 11 AND sum(value ->> '\$.mask_path' =
+    'masks/' || substr(value ->> '\$.file_path', 8) || '.png') BETWEEN 5 AND 6 FROM json_each(j, '\$.frames'))" \
+    cat "$folder/transforms.copy/transforms.json"
 check "by COLMAP's names, too" test -s "$folder/colmap.copy/masks/0.png.png" -a -s "$folder/colmap.copy/masks/sub/7.png.png"
 check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' = '$folder/list.txt' AND j ->> '\$.format' = 'colmap' AND
     j ->> '\$.copy' = '$folder/both' AND json_array_length(j, '\$.selected') = 8" \
