@@ -74,6 +74,10 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
     {"only-render", NULL, "Write the render without the photo beside it", VW_OPTIONS_VIEW, VW_SECTION_MAIN,
      OPTION(FLAG, only_render), COMMON},
+    {"depth", NULL,
+     "Write also the expected depth of each pixel along the camera's axis, in units of the scene, 0 where nothing is "
+     "seen: NAME_depth.exr beside NAME.png",
+     VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(FLAG, depth), COMMON},
     {"pose", "NUMBERS",
      "Camera to render from: the 12 or 16 numbers of its camera-to-world matrix, rows first, in coordinates of the "
      "scene, with the camera's x to the right, y up, and its view along -z",

@@ -82,7 +82,7 @@ struct vw_options {
     const char *scores;       // OUT of a valued run
     uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
     uint32_t views;
-    bool only_render;
+    bool only_render, depth;
     const char *pose, *path, *video; // where render stands
     uint32_t frames;
     const char *devices; // indices or names with commas between, or "all"

@@ -34,6 +34,13 @@ check "one of them is that view" eval 'sha256sum <"$folder/alone.png" | grep -qf
 check "--json says what was written" answers "j ->> '\$.to' = '$folder/orbit' AND j ->> '\$.frames' = 3 AND j ->> '\$.video' IS NULL" \
     "$program" render "$out" --path orbit --frames 3 --to "$folder/orbit" --device llvmpipe --quiet --json
 
+check "depths of frames" render --path orbit --frames 2 --to "$folder/deep" --depth
+check "are beside them" test "$(ls "$folder/deep" | xargs)" = \
+    "frame_0001.png frame_0001_depth.exr frame_0002.png frame_0002_depth.exr"
+check "a view's" eval 'render --view 0 --to "$folder/d.exr" --depth && [[ -s $folder/d_depth.exr ]]'
+check "are those of its pose" eval 'render --pose "$pose" --to "$folder/p.png" --depth && cmp "$folder/p_depth.exr" "$folder/d_depth.exr"'
+check "and go with their frames" eval 'render --path orbit --frames 1 --to "$folder/deep" && [[ ! -e $folder/deep/frame_0002_depth.exr ]]'
+
 sqlite3 :memory: "SELECT json_object('render_width', 20, 'render_height', 14, 'camera_path', json_array(json_object('fov', 50,
     'camera_to_world', json('[' || replace('$pose', ' ', ',') || ']'))))" >"$folder/path.json"
 check "a file" render --path "$folder/path.json" --to "$folder/file"

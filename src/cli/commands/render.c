@@ -36,6 +36,7 @@ enum vw_status vw_command_render(const struct vw_options *options) {
                                             .to = options->to,
                                             .device = options->device,
                                             .only_render = options->only_render,
+                                            .depth = options->depth,
                                             .pose = options->pose,
                                             .path = options->path,
                                             .frames = options->frames,

@@ -194,6 +194,8 @@ extern "C" vw_oiio_result vw_oiio_encode(const char *plugin, const vw_image_head
                              eight_bit ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT);
         spec["oiio:ColorSpace"] = eight_bit ? "sRGB" : "Linear";
         if (channels == 4 && eight_bit) spec["oiio:UnassociatedAlpha"] = 1;
+        if (!eight_bit)
+            spec["DateTime"] = "1970:01:01 00:00:00"; // OpenEXR has the time otherwise: other bits each time
         if (*compression) spec["Compression"] = compression;
         if (!output->open("photo", spec) || !output->write_image(OIIO::TypeDesc::FLOAT, pixels) || !output->close())
             throw failure{VW_ERROR_IO, or_else(output->geterror(), "encoding failed")};

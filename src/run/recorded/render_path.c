@@ -57,6 +57,9 @@ static enum vw_status remove_rest(const struct vw_render_params *params, const s
         char *name = name_frame(params, rendered->to, number);
         if (!name) return VW_ERROR_MEMORY;
         removed = unlink(name) == 0;
+        char *depth = vw_render_name_depth(name);
+        if (depth) (void)unlink(depth);
+        free(depth);
         free(name);
     }
     return VW_OK;
@@ -69,6 +72,7 @@ static enum vw_status render_frames(const struct vw_render_params *params, const
     for (uint32_t f = 0; f < path->count && !status; f++) {
         char *name = name_frame(params, rendered->to, f + 1);
         status = render_frame(rendering, &path->frames[f], name);
+        if (!status && params->depth) status = vw_rendering_write_depth(rendering, &path->frames[f], name);
         free(name);
     }
     rendered->frame_count = path->count;

@@ -108,6 +108,9 @@ enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_r
     if (!status) status = vw_rendering_open(params, &rendering);
     if (!status) status = fill_result(params, &rendering, rendered);
     if (!status) status = render_beside(&rendering, params->only_render, rendered->image_path, &rendered->psnr_db);
+    if (!status && params->depth)
+        status =
+            vw_rendering_write_depth(&rendering, &rendering.run.scene->views[rendering.view], rendered->image_path);
     vw_rendering_close(&rendering);
     vw_out_lock_release(&lock);
     return status;

@@ -6,6 +6,8 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "image/image.h"
+#include "image/photo_formats.h"
 #include "train/trainer.h"
 
 enum vw_status vw_render_check_image(const char *to) {
@@ -89,4 +91,31 @@ enum vw_status vw_rendering_open(const struct vw_render_params *params, struct v
 void vw_rendering_close(struct vw_rendering *rendering) {
     vw_trainer_destroy(&rendering->trainer);
     vw_recorded_close(&rendering->run);
+}
+
+// ---- Depths --------------------------------------------------------------------------------------------------------
+
+char *vw_render_name_depth(const char *image) {
+    const char *point = strrchr(image, '.');
+    return vw_format_text("%.*s_depth.exr", (int)(point - image), image);
+}
+
+enum vw_status vw_rendering_write_depth(const struct vw_rendering *rendering, const struct vw_view *posed,
+                                        const char *image) {
+    struct vw_image_encoding encoding = {
+        .width_px = posed->camera.width_px, .height_px = posed->camera.height_px, .channels = 1};
+    float *depth = NULL;
+    void *file = NULL;
+    size_t file_bytes = 0;
+    char *name = vw_render_name_depth(image);
+    enum vw_status status = name ? VW_OK : VW_ERROR_MEMORY;
+    if (!status && !vw_photo_format_of_name(name, &encoding.format))
+        status = vw_fail(VW_ERROR_IO, "EXR is not a format that is written");
+    if (!status) status = vw_trainer_render_posed(rendering->trainer, rendering->view, posed, true, &depth);
+    if (!status) status = vw_image_encode(&encoding, depth, &file, &file_bytes);
+    if (!status) status = vw_file_write(name, file, file_bytes);
+    free(depth);
+    free(file);
+    free(name);
+    return status;
 }
