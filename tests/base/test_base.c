@@ -9,6 +9,7 @@
 #include <sys/syscall.h>
 
 #include "base/hash.h"
+#include "base/text.h"
 #include "viewworth/log.h"
 
 static void assert_hex(const uint8_t hash[VW_HASH_BYTES], const char *expected) {
