@@ -14,6 +14,18 @@ function showShares({scores: {dv_psnr: credit}, steps: {first_psnr: first, last_
 }
 runs.forEach(showShares);
 
+// Finds the folder that all names lie in, with its slash.
+function folderOfAll(names) {
+  let end = names.length ? names[0].lastIndexOf('/') + 1 : 0;
+  for (const name of names) while (!name.startsWith(names[0].slice(0, end))) end = names[0].lastIndexOf('/', end - 2) + 1;
+  return names.length ? names[0].slice(0, end) : '';
+}
+
+// Photos are named without the folder that all of them lie in.
+const sharedFolder = folderOfAll(runs.flatMap(one => one.images.name || []));
+const withoutFolder = name => name.startsWith(sharedFolder) ? name.slice(sharedFolder.length) : name;
+runs.forEach(({images}) => { if (images.name) images.name = images.name.map(withoutFolder); });
+
 const run = () => runs[chosen.run];
 const scoresOf = (one, method = chosen.method) => one.scores[method];
 // Returns the method that answers for a photo's value: worth if measured, else lasting credit, else credit.
@@ -37,8 +49,11 @@ function thumbnailOf(one, image) {
   return thumbnailImage(one.thumbnails === null ? null : data.thumbnail_sets[one.thumbnails][image]);
 }
 
+// Makes a text that may break after its separators.
+function breakable(text) { return text.split(/(?<=[/_-])/).flatMap(part => [part, element('wbr')]); }
+
 function nameButton(one, image) {
-  const button = element('button', {type: 'button', class: 'name'}, one.images.name[image]);
+  const button = element('button', {type: 'button', class: 'name'}, ...breakable(one.images.name[image]));
   button.addEventListener('click', () => choosePhoto(one, image));
   return button;
 }
@@ -93,18 +108,18 @@ function fillTitle() {
   const counts = ['train', 'val', 'test'].map(split => run().images.split.filter(one => one === split).length);
   const {images, scene_options} = run(), weights = images.weight ?
     ' (weighted by ' + nameOfScene((scene_options || {})['val-weights'] || 'splits.json') + ')' : '';
-  byId('subtitle').textContent = counts[0] + ' photos to train on, ' + counts[1] + ' to validate' + weights + ', ' + counts[2] +
-    ' kept for tests · ' +
-    (runs.length > 1 ? plural(runs.length, 'run') + ' · ' : '') + run().run.device + ' · ' + moment(run().run.finished_utc);
+  byId('subtitle').replaceChildren(counts[0] + ' photos to train on, ' + counts[1] + ' to validate' + weights + ', ' + counts[2] +
+    ' for tests', element('span', {class: 'far'}, (runs.length > 1 ? ' · ' + plural(runs.length, 'run') : '') + ' · ' + run().run.device +
+    ' · ' + moment(run().run.finished_utc)));
 }
 
 // ---- Verdict ------------------------------------------------------------------------------------------------------------
 
 // Says how near the renders come to the validation photos, and how far the ranking can be believed.
 function fillVerdict() {
-  const {verdict} = run();
-  byId('verdict').hidden = verdict === null || verdict.verdict === 'unknown';
-  if (byId('verdict').hidden) return;
+  const {verdict} = run(), unknown = verdict === null || verdict.verdict === 'unknown';
+  byId('verdict').hidden = byId('belief').hidden = unknown;
+  if (unknown) return;
   const {reconstruction: seen, ranking} = verdict, told = [];
   if (known(ranking.better_training))
     told.push('Ranks by a training of ten times the cost would agree with these by about ' +
@@ -113,9 +128,9 @@ function fillVerdict() {
     told.push('Scores hold for these ' + plural(ranking.views, 'validation photo') +
       '; by as many others, ranks would agree with these by about ' + fixed(ranking.view_halves, 2) + '. ');
   byId('verdict').replaceChildren(element('b', {}, 'Reconstruction: ' + verdict.verdict + '. '),
-    fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ' in the middle of ' + plural(seen.views, 'validation photo') +
-    '; their mean colour has ' + fixed(seen.mean_colour_db, 1) + ' dB, the nearest train photo ' +
-    fixed(seen.nearest_photo_db, 1) + '. ', ...told);
+    fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ', median of ' + plural(seen.views, 'validation photo') + '.');
+  byId('belief').replaceChildren('The mean colour of the validation photos has ' + fixed(seen.mean_colour_db, 1) +
+    ' dB, the nearest train photo ' + fixed(seen.nearest_photo_db, 1) + '. ', ...told);
 }
 
 function tile(value, text) { return element('div', {class: 'tile'}, element('b', {}, value), element('span', {}, text)); }
@@ -217,8 +232,10 @@ function qualitiesOf({scores: {quality}}) {
   return values;
 }
 
-const TIERS = {keep: 'helps', look: 'look at', drop: 'can be left out', unclear: 'cannot be told apart'};
-function tierOf(image) { return TIERS[run().advice.told.advice[image]] || '–'; }
+const TIERS = [['keep', 'Helps'], ['unclear', 'Cannot be told apart'], ['look', 'Look at'], ['drop', 'Can be left out'],
+  [null, 'Not trained on']]; // by the word of advice.csv
+function tierOf({image}) { return run().advice.told.advice[image]; }
+function tierName(row) { return TIERS.find(([word]) => word === tierOf(row))[1]; }
 
 function rankingColumns(rows) {
   const decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows), unit = unitOf(run());
@@ -243,8 +260,7 @@ function rankingColumns(rows) {
     ...(qualities.size ? [{title: 'Quality', key: row => qualities.get(row.image) ?? NaN, descending: true, number: true,
       hint: 'how well the photo fits: a mean of ranks, 1 fits best; not what it is worth',
       cell: row => fixed(qualities.get(row.image), 2), class: others.length ? 'wide screen' : 'wide'}] : []),
-    {title: 'Tier', key: row => tierOf(row.image), class: 'wide screen', hint: 'as the advice above has it',
-      cell: row => tierOf(row.image)},
+    {title: 'Tier', key: tierName, class: 'wide screen', hint: 'as the advice above has it', cell: tierName},
     {title: 'Visits', key: row => row.visits, number: true, hint: 'steps that count into the score', class: 'wide screen',
       cell: row => row.visits ?? '–'},
   ];
@@ -272,18 +288,21 @@ function fillRankingFilters() {
   byId('ranking-filters').replaceChildren(...boxes);
 }
 
-function passes(row) {
+function passes(row, advised) {
   const text = [row.name, row.provider, row.ground_truth].join(' ').toLowerCase();
   return (chosen.split === '*' || row.split === chosen.split) && (chosen.provider === '*' || '=' + row.provider === chosen.provider) &&
-    (chosen.advice === '*' || advisedPhotos(run(), chosen.advice).includes(row.image)) && text.includes(chosen.text.toLowerCase());
+    (chosen.advice === '*' || advised.has(row.image)) && text.includes(chosen.text.toLowerCase());
 }
 
-function filterRanking() { ranking.table.setRows(ranking.rows.filter(passes)); }
+function filterRanking() {
+  const advised = new Set(chosen.advice === '*' ? [] : advisedPhotos(run(), chosen.advice));
+  ranking.table.setRows(ranking.rows.filter(row => passes(row, advised)));
+}
 
 function fillRanking() {
   const rows = photoRows(run()), columns = rankingColumns(rows);
   if (ranking) printable.splice(printable.indexOf(ranking.table), 1);
-  ranking = {rows, table: new SortedTable(byId('ranking-table'), columns)};
+  ranking = {rows, table: new SortedTable(byId('ranking-table'), columns, {groups: TIERS, groupOf: tierOf})};
   const signs = hasZero() ? '; dots are positive, squares negative.' : '.';
   const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds' + signs : '';
   const told = 'By ' + chosen.method + ', in ' + unitOf(run()) + '.' + sampled + toldOverlaps(overlapsOf(rows));

@@ -106,11 +106,11 @@ function cameraMarks(layout, x, y) {
 }
 
 function drawMapView(id, title, layout, rows, colours, y) {
-  const x = 'level', byImage = new Map(rows.map(row => [row.image, row])), {images} = run();
+  const x = 'level', radius = byId(id).clientWidth < 300 ? 3.5 : 5, byImage = new Map(rows.map(row => [row.image, row])), {images} = run();
   const {half, middle} = layout, scale = axis => ({type: 'linear', display: false, min: middle[axis] - half, max: middle[axis] + half});
   const places = split => layout.cameras.map((p, image) => ({x: p[x], y: p[y], image}))
     .filter(point => images.split[point.image] === split && known(point.x) && known(point.y));
-  const kinds = CAMERA_KINDS.map(([split, label, pointStyle]) => ({label, pointStyle, radius: 5, hoverRadius: 8, data: places(split)}))
+  const kinds = CAMERA_KINDS.map(([split, label, pointStyle]) => ({label, pointStyle, radius, hoverRadius: 8, data: places(split)}))
     .filter(set => set.data.length);
   const listed = () => rows.filter(row => row.split !== 'excluded').map(row => [row.name, row.split, short(row.value),
     ...[x, y].map(axis => short(layout.cameras[row.image][axis] - middle[axis]))]);
@@ -138,10 +138,7 @@ function toldPhoto(row) {
 
 function drawMap() {
   const layout = layoutOf(run()), rows = photoRows(run()), colours = scoreColours(rows);
-  byId('map-legend').replaceChildren(colourLegend(colours), element('p', {class: 'quiet'},
-    'Circles are photos to train on, squares validation photos, triangles test photos; those without a score are hollow. Lines show ' +
-    'where a camera looks; small dots are points of the scene. The ring is the photo chosen below. Click a camera, or use the arrow keys ' +
-    'and Enter.'));
+  byId('map-legend').replaceChildren(colourLegend(colours));
   drawMapView('map-above', 'from above', layout, rows, colours, 'across');
   drawMapView('map-side', 'from the side', layout, rows, colours, 'up');
   tellChosen();
@@ -184,15 +181,17 @@ function choosePhoto(one, image, goes = true) {
 // Tells how bright a photo shows mid-grey beside the median photo, where a run has corrected it; null: it has not.
 function exposureOf(one, name) {
   const effect = (Array.isArray(one.effects) ? one.effects : []).find(other => other.name === 'appearance');
-  const numbers = effect && effect.on && effect.exposures ? effect.exposures[name] : null;
+  const numbers = effect && effect.on && effect.exposures ? effect.exposures[sharedFolder + name] : null;
   if (!Array.isArray(numbers) || numbers.length !== 6 || !numbers.every(known) || !numbers.some(Boolean)) return null;
   return fixed(1 + mean(numbers.slice(0, 3)) + 2 * mean(numbers.slice(3)), 2) + ' times as bright as the median photo, and corrected';
 }
 
 function photoFacts(one, image) {
   const {split, provider, ground_truth: truth} = one.images, name = one.images.name[image], facts = [['split', split[image]]];
-  const groups = tablesNamed('duplicates.csv').filter(table => table.label === one.label).flatMap(recordsOf);
+  const groups = tablesNamed('duplicates.csv').filter(table => table.label === one.label).flatMap(recordsOf)
+    .map(row => ({...row, name: withoutFolder(row.name)}));
   const own = groups.find(row => row.name === name), alike = own ? groups.filter(row => row.group === own.group && row.name !== name) : [];
+  if (sharedFolder) facts.push(['folder', sharedFolder]);
   if (provider[image]) facts.push(['provider', provider[image]]);
   if (truth[image]) facts.push(['ground truth', truth[image] === 'clean' ? 'clean' : 'corrupted on purpose: ' + truth[image]]);
   facts.push(['near-duplicates', alike.map(row => row.name + (row.provider ? ' (' + row.provider + ')' : '')).join(', ') || 'none found']);
@@ -231,13 +230,14 @@ function photoMoved(one, image) {
 
 function pictureUri(format, base64) { return 'data:image/' + format + ';base64,' + base64; }
 
-// Shows the photo of a stored picture, and its render beside it, without the error.
+// Shows the photo of a stored picture, and its render beside it, without the error. A click opens the photo.
 function pairOf(one, photo) {
   const half = (text, kind) => {
     const image = element('img', {src: pictureUri('webp', photo.picture), alt: text + ' of ' + one.images.name[photo.image]});
-    const figure = element('figure', {}, element('div', {class: 'pane ' + kind}, image), element('figcaption', {}, text));
-    image.addEventListener('load', () => figure.style.setProperty('--ratio', image.naturalWidth / 3 / image.naturalHeight));
-    return figure;
+    const button = element('button', {type: 'button', class: 'pane ' + kind}, image, element('span', {}, text));
+    image.addEventListener('load', () => button.style.setProperty('--ratio', image.naturalWidth / 3 / image.naturalHeight));
+    button.addEventListener('click', () => choosePhoto(one, photo.image));
+    return button;
   };
   return [half('photo', 'first'), half('render', 'second')];
 }

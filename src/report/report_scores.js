@@ -18,8 +18,8 @@ function overlapsOf(rows) {
   const bounded = rows.filter(row => known(row.ci_low) && known(row.ci_high));
   const sorted = key => bounded.map(row => row[key]).sort((a, b) => a - b);
   const lows = sorted('ci_low'), highs = sorted('ci_high');
-  return new Map(bounded.map(row => [row.image, countBelow(lows, row.ci_high) + lows.filter(low => low === row.ci_high).length -
-    countBelow(highs, row.ci_low) - 1]));
+  const after = value => value + Math.abs(value) * Number.EPSILON + Number.MIN_VALUE; // intervals that touch overlap
+  return new Map(bounded.map(row => [row.image, countBelow(lows, after(row.ci_high)) - countBelow(highs, row.ci_low) - 1]));
 }
 
 // Makes a sentence on how many pairs of photos cannot be told apart.

@@ -55,7 +55,7 @@ function fillProviders() {
   const shown = 'Sums of their photos’ scores by ' + chosen.method + '; bars are the sum ± 1.96 standard errors.';
   byId('providers-note').textContent = (rows.length ? shown : chosen.method + ' does not add up over photos: choose another method.') +
     (paid.length ? ' Each photo is paid by its ' + paid[0].method + ' where that is positive, a provider the sum over its photos' +
-      ' [90 % interval]. Overlaps: from so many providers it is not told apart.' : '') +
+      ' [90 % interval]. Alike: from so many providers it is not told apart.' : '') +
     (joint.length && chosen.method === 'worth_psnr' ? ' Joint worth: what all photos of a provider are worth together.' : '');
   const sum = row => signed(row.value, decimals), payout = row => paid.find(one => one.provider === row.provider);
   const columns = [
@@ -76,7 +76,8 @@ function fillProviders() {
     columns.push({title: 'Payout', number: true, class: 'long',
       cell: row => payout(row) ? payout(row).amount +
         (payout(row).ci_low ? ' [' + payout(row).ci_low + ', ' + payout(row).ci_high + ']' : '') : '–'},
-    {title: 'Overlaps', number: true, cell: row => payout(row) ? payout(row).overlaps : '–'});
+    {title: 'Alike', number: true, hint: 'other providers that it is not told apart from: their intervals overlap',
+      cell: row => payout(row) ? payout(row).overlaps : '–'});
   if (providersTable) printable.splice(printable.indexOf(providersTable), 1);
   providersTable = new SortedTable(byId('providers-table'), columns, {sort: null});
   providersTable.setRows(rows);
@@ -88,7 +89,8 @@ function fillDuplicates() {
   const tables = tablesNamed('duplicates.csv');
   if (!tables.length) return;
   show('duplicates');
-  const rows = tables.flatMap(table => recordsOf(table).map(row => ({...row, one: runs.find(one => one.label === table.label)})));
+  const rows = tables.flatMap(table => recordsOf(table).map(row => ({...row, name: withoutFolder(row.name),
+    one: runs.find(one => one.label === table.label)})));
   const decimals = decimalsFor(rows.map(row => number(row.value)));
   const imageOf = row => row.one ? row.one.images.name.indexOf(row.name) : -1;
   const table = new SortedTable(byId('duplicates-table'), [
@@ -301,7 +303,7 @@ function pairsTable(compare, pairs) {
 // of the document's own.
 function disagreementsTable(compare, thumbnails) {
   const place = element('div'), one = runs.find(other => other.run.scene_hash === compare.scene_hash && other.thumbnails !== null);
-  const imageOf = row => one ? one.images.name.indexOf(row.photo) : -1;
+  const imageOf = row => one ? one.images.name.indexOf(withoutFolder(row.photo)) : -1;
   const uriOf = row => Object.hasOwn(thumbnails, row.photo) ? thumbnails[row.photo] : null;
   const ownCell = row => element('div', {class: 'photo'}, thumbnailImage(uriOf(row)), element('div', {}, row.photo));
   new SortedTable(place, [

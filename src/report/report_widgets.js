@@ -120,9 +120,10 @@ function compareKeys(a, b) {
 // cell:
 // row -> text or node, or a td of its own, number: true to align right, class, hint, descending: true where the first click puts the
 // largest first}. `sort` is the column to begin with; null: the order given.
+// `groups`: [[value, heading], ...] of groupOf(row), under which rows stand while the first column sorts them from its smallest up.
 class SortedTable {
-  constructor(place, columns, {sort = 0, descending = false, pageRows = PAGE_ROWS, heat = false} = {}) {
-    Object.assign(this, {columns, sort, descending, pageRows, heat, page: 0, rows: []});
+  constructor(place, columns, {sort = 0, descending = false, pageRows = PAGE_ROWS, heat = false, groups = [], groupOf} = {}) {
+    Object.assign(this, {columns, sort, descending, pageRows, heat, groups, groupOf, page: 0, rows: []});
     this.head = element('tr');
     this.body = element('tbody');
     this.pager = element('div', {class: 'pager'});
@@ -164,9 +165,22 @@ class SortedTable {
   sorted() {
     const {key} = this.columns[this.sort] || {}, sign = this.descending ? -1 : 1;
     if (!key) return this.rows;
-    return this.rows.map(row => [key(row), row])
+    const rows = this.rows.map(row => [key(row), row])
       .sort(([a], [b]) => { const order = compareKeys(a, b); return Number.isFinite(order) ? sign * order : Math.sign(order); })
       .map(([, row]) => row);
+    return this.isGrouped() ? this.groups.flatMap(([value]) => rows.filter(row => this.groupOf(row) === value)) : rows;
+  }
+
+  isGrouped() { return this.groups.length > 0 && this.sort === 0 && !this.descending; }
+
+  // Makes the row of a group's heading; nothing where the group of the row before goes on.
+  headingOf(row, before) {
+    const value = this.groupOf(row);
+    if (before && this.groupOf(before) === value) return [];
+    const count = this.rows.filter(other => this.groupOf(other) === value).length;
+    const cell = element('th', {scope: 'rowgroup', colspan: this.columns.length}, this.groups.find(([of]) => of === value)[1],
+      element('span', {class: 'quiet'}, ' ' + grouped(count)));
+    return [element('tr', {class: 'group'}, cell)];
   }
 
   cellOf(column, row) {
@@ -178,7 +192,8 @@ class SortedTable {
     const rows = this.sorted(), pages = Math.max(1, Math.ceil(rows.length / this.pageRows));
     this.page = Math.min(this.page, pages - 1);
     const first = this.page * this.pageRows, shown = rows.slice(first, first + this.pageRows);
-    this.body.replaceChildren(...shown.map(row => element('tr', {}, ...this.columns.map(column => this.cellOf(column, row)))));
+    this.body.replaceChildren(...shown.flatMap((row, i) => [...this.isGrouped() ? this.headingOf(row, shown[i - 1]) : [],
+      element('tr', {}, ...this.columns.map(column => this.cellOf(column, row)))]));
     this.fillPager(first, shown.length, rows.length, pages);
   }
 

@@ -26,6 +26,16 @@ refuses() { fails 2 "$1" "${by:-$program}" report --quiet "${@:2}"; } # refuses 
 
 check "value writes a report" value run --payout 10 --pay-anyway
 check "and says where" grep -qx "report   $folder/run/report.html" "$folder/stdout"
+sed 's/"width_px": 64, "height_px": 48/"width_px": 160, "height_px": 120/' "$scene" >"$folder/wide.json"
+# heights OUT: of the pictures, from the lowest PSNR up: those of validation photos, as no rays are left for others.
+heights() {
+    sqlite3 :memory: "SELECT value ->> 'picture' FROM json_each(CAST(readfile('$folder/$1/residuals.json') AS TEXT), '\$.photos')
+        ORDER BY value ->> 'psnr'" | while read -r picture; do
+        base64 -d <<<"$picture" | od -An -tu2 -j28 -N2 # of a WebP file that is lossy and has no alpha
+    done | xargs
+}
+check "the validation photo in the middle by PSNR has a larger picture, of what rays are left" eval 'scene=$folder/wide.json value wide \
+    --rays 3000 --epochs 6 --effects none && [[ $(heights wide) =~ ^72\ 72\ 1[0-9]+\ 72\ 72$ ]] || { heights wide; false; }'
 check "another seed" value other --seed 1 --no-thumbnails
 cp "$folder/run/report.html" "$folder/first.html"
 check "report makes the same again, from the ledger and the scene" eval 'report "$folder/run" &&

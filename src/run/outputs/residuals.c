@@ -19,11 +19,19 @@ enum { PANES = 3, WIDEST = 4, PICTURE_LIMIT_BYTES = 1 << 18 };
 struct candidate {
     uint32_t view;
     double quality; // -1: validation photo; 2: unknown
+    double psnr_db; // once it has a picture; infinite: unknown
+    size_t place;   // its picture among the photos
 };
 
 static int compare_candidates(const void *left, const void *right) {
     const struct candidate *a = left, *b = right;
     if (a->quality != b->quality) return a->quality < b->quality ? -1 : 1;
+    return a->view < b->view ? -1 : a->view > b->view;
+}
+
+static int compare_psnr(const void *left, const void *right) {
+    const struct candidate *a = left, *b = right;
+    if (a->psnr_db != b->psnr_db) return a->psnr_db < b->psnr_db ? -1 : 1;
     return a->view < b->view ? -1 : a->view > b->view;
 }
 
@@ -44,7 +52,7 @@ static enum vw_status list_candidates(const struct vw_residuals_params *params, 
         enum vw_split split = scene->views[v].split;
         if (!scene->views[v].image.width_px || (split != VW_SPLIT_VAL && split != VW_SPLIT_TRAIN)) continue;
         double quality = split == VW_SPLIT_VAL ? -1 : quality_of(params->scoring, v);
-        (*candidates)[(*count)++] = (struct candidate){v, quality};
+        (*candidates)[(*count)++] = (struct candidate){.view = v, .quality = quality};
     }
     qsort(*candidates, *count, sizeof **candidates, compare_candidates);
     return VW_OK;
@@ -57,8 +65,8 @@ double vw_residuals_rays(const struct vw_scoring *scoring, const struct vw_confi
 
 // ---- One picture ---------------------------------------------------------------------------------------------------
 
-static void choose_size(const struct vw_image *image, uint32_t size_px[2]) {
-    size_px[1] = image->height_px < VW_RESIDUALS_HEIGHT_PX ? image->height_px : VW_RESIDUALS_HEIGHT_PX;
+static void choose_size(const struct vw_image *image, uint32_t height_px, uint32_t size_px[2]) {
+    size_px[1] = image->height_px < height_px ? image->height_px : height_px;
     uint64_t width_px = (uint64_t)image->width_px * size_px[1] / image->height_px;
     size_px[0] = width_px < 1 ? 1 : width_px > WIDEST * size_px[1] ? WIDEST * size_px[1] : (uint32_t)width_px;
 }
@@ -130,10 +138,10 @@ static enum vw_status encode(const struct panes *panes, double *psnr_db, void **
     return status;
 }
 
-static enum vw_status make_picture(const struct vw_residuals_params *params, uint32_t view, double *psnr_db,
-                                   void **data, size_t *size_bytes) {
+static enum vw_status make_picture(const struct vw_residuals_params *params, uint32_t view, uint32_t height_px,
+                                   double *psnr_db, void **data, size_t *size_bytes) {
     struct panes panes = {0};
-    choose_size(&params->scene->views[view].image, panes.size_px);
+    choose_size(&params->scene->views[view].image, height_px, panes.size_px);
     size_t pixels = (size_t)panes.size_px[0] * panes.size_px[1];
     panes.photo = vw_allocate(pixels, 3 * sizeof *panes.photo);
     panes.counts = vw_allocate(pixels, 1);
@@ -151,37 +159,83 @@ static enum vw_status make_picture(const struct vw_residuals_params *params, uin
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
-static enum vw_status add_photo(const struct vw_residuals_params *params, uint32_t view, json_t **photos) {
+// Makes a picture as base64, owned by the caller.
+static enum vw_status make_text(const struct vw_residuals_params *params, uint32_t view, uint32_t height_px,
+                                double *psnr_db, char **text) {
     void *data = NULL;
     size_t size_bytes = 0;
-    double psnr_db = NAN;
-    enum vw_status status = make_picture(params, view, &psnr_db, &data, &size_bytes);
+    enum vw_status status = make_picture(params, view, height_px, psnr_db, &data, &size_bytes);
     if (status) return status;
     size_t base64_bytes = sodium_base64_encoded_len(size_bytes, sodium_base64_VARIANT_ORIGINAL);
-    char *text = vw_allocate(base64_bytes, 1);
-    if (text) sodium_bin2base64(text, base64_bytes, data, size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    *text = vw_allocate(base64_bytes, 1);
+    if (*text) sodium_bin2base64(*text, base64_bytes, data, size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    free(data);
+    return *text ? VW_OK : VW_ERROR_MEMORY;
+}
+
+static enum vw_status add_photo(const struct vw_residuals_params *params, struct candidate *candidate,
+                                json_t **photos) {
+    char *text = NULL;
+    double psnr_db = NAN;
+    enum vw_status status = make_text(params, candidate->view, VW_RESIDUALS_HEIGHT_PX, &psnr_db, &text);
+    if (status) return status;
+    candidate->psnr_db = isfinite(psnr_db) ? psnr_db : INFINITY;
+    candidate->place = json_array_size(*photos);
     json_t *photo = json_object();
-    vw_json_set(&photo, "image", json_integer(view));
+    vw_json_set(&photo, "image", json_integer(candidate->view));
     vw_json_set(&photo, "psnr", vw_json_real(psnr_db));
     vw_json_set(&photo, "picture", vw_json_string(text));
     vw_json_append(photos, photo);
     free(text);
-    free(data);
-    return text && *photos ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_RESIDUALS_FILE);
+    return *photos ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_RESIDUALS_FILE);
+}
+
+// Replaces the picture in the middle by a larger one, if enough rays are left. `candidates` are the validation photos,
+// which it sorts.
+static enum vw_status enlarge_middle(const struct vw_residuals_params *params, struct candidate *candidates,
+                                     uint32_t count, double *left, json_t *photos) {
+    uint32_t known = 0, size_px[2], height_px = VW_RESIDUALS_LARGE_PX;
+    qsort(candidates, count, sizeof *candidates, compare_psnr);
+    while (known < count && isfinite(candidates[known].psnr_db)) known++;
+    if (!known) return VW_OK;
+    const struct candidate *middle = &candidates[known / 2];
+    choose_size(&params->scene->views[middle->view].image, height_px, size_px);
+    double rays = (double)size_px[0] * size_px[1];
+    if (rays > *left) height_px = (uint32_t)(size_px[1] * sqrt(fmax(*left, 0) / rays));
+    if (height_px <= VW_RESIDUALS_HEIGHT_PX) return VW_OK;
+    *left -= fmin(rays, *left);
+    char *text = NULL;
+    double psnr_db;
+    enum vw_status status = make_text(params, middle->view, height_px, &psnr_db, &text);
+    if (!status && json_object_set_new(json_array_get(photos, middle->place), "picture", vw_json_string(text)))
+        status = vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_RESIDUALS_FILE);
+    free(text);
+    return status;
+}
+
+// Adds as many as the rays that are left allow.
+static enum vw_status add_some(const struct vw_residuals_params *params, struct candidate *candidates, uint32_t count,
+                               double *left, json_t **photos) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < count && json_array_size(*photos) < VW_RESIDUALS_MAX && !status; i++) {
+        uint32_t size_px[2];
+        choose_size(&params->scene->views[candidates[i].view].image, VW_RESIDUALS_HEIGHT_PX, size_px);
+        *left -= (double)size_px[0] * size_px[1];
+        if (*left < 0) break;
+        status = add_photo(params, &candidates[i], photos);
+    }
+    return status;
 }
 
 static enum vw_status add_photos(const struct vw_residuals_params *params, json_t **photos) {
     struct candidate *candidates = NULL;
-    uint32_t count = 0;
+    uint32_t count = 0, validation = 0;
     double left = vw_residuals_rays(params->scoring, params->config);
     enum vw_status status = list_candidates(params, &candidates, &count);
-    for (uint32_t i = 0; i < count && i < VW_RESIDUALS_MAX && !status; i++) {
-        uint32_t size_px[2];
-        choose_size(&params->scene->views[candidates[i].view].image, size_px);
-        left -= (double)size_px[0] * size_px[1];
-        if (left < 0) break;
-        status = add_photo(params, candidates[i].view, photos);
-    }
+    while (validation < count && candidates[validation].quality < 0) validation++;
+    if (!status) status = add_some(params, candidates, validation, &left, photos);
+    if (!status) status = enlarge_middle(params, candidates, (uint32_t)json_array_size(*photos), &left, *photos);
+    if (!status) status = add_some(params, candidates + validation, count - validation, &left, photos);
     free(candidates);
     return status;
 }

@@ -17,7 +17,7 @@
 // The rays of all pictures are at most this share of the run's own (a train ray counts three times, since it goes back
 // as well), or VW_RESIDUALS_RAYS_MIN.
 #define VW_RESIDUALS_SHARE 0.05
-enum { VW_RESIDUALS_RAYS_MIN = 8192, VW_RESIDUALS_MAX = 256, VW_RESIDUALS_HEIGHT_PX = 72 };
+enum { VW_RESIDUALS_RAYS_MIN = 8192, VW_RESIDUALS_MAX = 256, VW_RESIDUALS_HEIGHT_PX = 72, VW_RESIDUALS_LARGE_PX = 300 };
 
 double vw_residuals_rays(const struct vw_scoring *scoring, const struct vw_config *config);
 
@@ -34,7 +34,9 @@ struct vw_residuals_params {
 // Writes OUT/residuals.json: {"scene_hash": hex, "photos": [{"image": index, "psnr": dB, "picture": base64}, ...]}.
 // A picture is a WebP file: photo, render and error (mean over the channels, black to white for 0 to 0.4) side by side,
 // each at most VW_RESIDUALS_HEIGHT_PX high. psnr is that of the picture's pixels, null when unknown. The validation
-// photos come first, then train photos from the lowest quality up, as many as the share allows.
+// photos come first, then train photos from the lowest quality up, as many as the share allows. The validation photo in
+// the middle by psnr has a picture of up to VW_RESIDUALS_LARGE_PX, for which the share comes before train photos; its
+// psnr is still that of the small picture.
 // Notes the file in `made`.
 enum vw_status vw_residuals_write(const struct vw_residuals_params *params, struct vw_checksums *made);
 
