@@ -26,7 +26,7 @@ static enum vw_status run_command(const struct vw_program *program, const struct
     vw_log_set_sink(vw_log_to_stderr, &shown);
     status = vw_params_set_memory(options);
     if (!status) status = command->run(options);
-    vw_log_set_sink(NULL, NULL); // what it shows ends here
+    vw_log_set_sink(NULL, NULL); // `shown` ends here
     return status;
 }
 

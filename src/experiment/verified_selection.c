@@ -25,7 +25,8 @@ struct work {
     struct vw_scorings scorings;
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
-    struct vw_retrain_view *judges; // owned; the validation photos
+    struct vw_retrain_params *retrainings; // owned; different ones
+    struct vw_retrain_view *judges;        // owned; the validation photos
     uint32_t judge_count;
     double *psnr_db; // owned; [candidate][seed][judge]: of the list that the judge's scores did not select
 };
@@ -69,7 +70,7 @@ static enum vw_status prepare(struct work *work) {
             result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
     work->config = vw_config_of_retrainings(&run->recorded, &work->input);
     status = score(work);
-    if (!status && !work->input.lasting.view_count)
+    if (!status && !work->params->only_plan && !work->input.lasting.view_count)
         vw_log_info("list     none by lasting credit, which needs it by validation photo: viewworth lasting %s "
                     "--lasting-matrix",
                     run->recorded.out);
@@ -120,29 +121,29 @@ static bool is_listed(const struct vw_retrain_params *retrainings, uint32_t coun
 }
 
 // Lists different trainings, seed by seed, so that an interrupted verification has whole pairs.
-static uint32_t list_trainings(const struct work *work, struct vw_retrain_params *retrainings) {
+static enum vw_status list_trainings(struct work *work) {
+    struct vw_retrain_params *retrainings =
+        vw_allocate((size_t)work->params->seeds * work->result->candidates.count * VW_HALVES, sizeof *retrainings);
     uint32_t count = 0;
+    work->retrainings = retrainings;
+    if (!retrainings) return VW_ERROR_MEMORY;
     for (uint32_t s = 0; s < work->params->seeds; s++)
         for (uint32_t c = 0; c < work->result->candidates.count; c++)
             for (uint8_t half = 0; half < VW_HALVES; half++) {
                 retrainings[count] = retraining_of(work, c, half, s);
                 count += !is_listed(retrainings, count, &retrainings[count]);
             }
-    return count;
+    work->result->training_count = count;
+    return VW_OK;
 }
 
 static enum vw_status train(struct work *work) {
-    size_t most = (size_t)work->params->seeds * work->result->candidates.count * VW_HALVES;
-    struct vw_retrain_params *retrainings = vw_allocate(most, sizeof *retrainings);
-    struct vw_retrain_result *results = vw_allocate(most, sizeof *results);
-    enum vw_status status = retrainings && results ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) {
-        uint32_t count = list_trainings(work, retrainings);
-        work->retrainer.planned = count;
-        status = vw_retrainer_announce(&work->retrainer, retrainings, count);
-        if (!status) status = vw_retrain(&work->retrainer, retrainings, count, results);
-    }
-    free(retrainings);
+    uint32_t count = work->result->training_count;
+    struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
+    if (!results) return VW_ERROR_MEMORY;
+    work->retrainer.planned = count;
+    enum vw_status status = vw_retrainer_announce(&work->retrainer, work->retrainings, count);
+    if (!status) status = vw_retrain(&work->retrainer, work->retrainings, count, results);
     free(results);
     return status;
 }
@@ -190,6 +191,8 @@ static enum vw_status make(struct work *work) {
     if (status || work->result->candidates.count == 1) return status;
     sort_lists(&work->result->candidates);
     work->result->first_seed = vw_first_seed_after(work->config.seed);
+    status = list_trainings(work);
+    if (status || work->params->only_plan) return status;
     status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
     if (!status) status = vw_ledger_open_to_append(work->params->run->recorded.ledger_path, &work->ledger);
     if (!status)
@@ -220,6 +223,7 @@ enum vw_status vw_verified_selection_make(const struct vw_verified_selection_par
     vw_scoring_unload(&work.input);
     for (int s = 0; s < VW_SCORINGS; s++) free(work.scorings.scores[s]);
     free(work.halves);
+    free(work.retrainings);
     free(work.judges);
     free(work.psnr_db);
     return status;

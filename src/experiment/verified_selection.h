@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_EXPERIMENT_VERIFIED_SELECTION_H
 #define VIEWWORTH_EXPERIMENT_VERIFIED_SELECTION_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/interrupt.h"
@@ -11,6 +12,8 @@
 #include "run/session.h"
 #include "value/evaluation/gains.h"
 
+enum { VW_VERIFIED_SELECTION_SEEDS = 2 }; // fewer than elsewhere, because many lists are trained on
+
 // Scene and config are those of the run.
 struct vw_verified_selection_params {
     struct vw_scored_run *run;               // open; its scene is opened
@@ -18,6 +21,7 @@ struct vw_verified_selection_params {
     const char *asked_name;
     struct vw_device_choice devices; // the first NULL: the run's
     uint32_t seeds;                  // trainings of every list, at least 2, with other seeds than the run's
+    bool only_plan;                  // train nothing: only candidates and training_count
     uint32_t together;               // trainings that take their steps together on each device; 0: by it
     struct vw_interrupt interrupt;
 };
@@ -26,6 +30,7 @@ struct vw_verified_selection {
     struct vw_candidates candidates;         // owned
     struct vw_gain gains[VW_CANDIDATES_MAX]; // over all photos, by candidate
     uint32_t chosen;                         // 0: all photos
+    uint32_t training_count;                 // different trainings, with those that OUT has
     uint32_t half_sizes[VW_HALVES];          // validation photos of each half
     uint64_t first_seed;                     // seed of the first training
 };

@@ -138,16 +138,7 @@ TEST(a_shell_takes_an_advised_path_as_one_word) {
     free(command);
 }
 
-TEST(durations_are_for_people) {
-    static const struct {
-        double seconds;
-        const char *text;
-    } cases[] = {{0.44, "0.4 s"}, {45.3, "45 s"}, {180, "3 min"}, {5900, "98 min"}, {9000, "2.5 h"}, {172800, "48 h"}};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        char text[VW_DURATION_BYTES];
-        vw_text_duration(cases[i].seconds, text);
-        assert_string_equal(text, cases[i].text);
-    }
+TEST(one_is_singular) {
     assert_string_equal(vw_plural(1), "");
     assert_string_equal(vw_plural(0), "s");
 }

@@ -18,8 +18,6 @@
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
-enum { SEEDS_DEFAULT = 2 }; // fewer than elsewhere, because many lists are trained on
-
 struct selection_job {
     const struct vw_options *options;
     bool has_rule, verify;
@@ -40,7 +38,7 @@ static enum vw_status read_amount(const char *option, const char *text, struct v
 }
 
 static uint32_t seeds_of(const struct vw_options *options) {
-    return vw_options_have(options, "seeds") ? options->seeds : SEEDS_DEFAULT;
+    return vw_options_have(options, "seeds") ? options->seeds : VW_VERIFIED_SELECTION_SEEDS;
 }
 
 // Refuses, before hours of training, options that do not fit together and files that cannot be written.

@@ -1,9 +1,12 @@
+#include <math.h>
 #include <stdlib.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "batch/child.h"
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
+#include "cli/output/answer.h"
 #include "cli/output/progress.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
@@ -15,6 +18,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     struct vw_progress progress = {.quiet = options->quiet};
     struct vw_run_params params;
     struct vw_run *run = NULL;
+    struct vw_answer answer;
     char sampled_head[VW_HASH_HEX_BYTES] = "";
     enum vw_status status = vw_params_of_run(options, &params);
     params.train_only = train_only;
@@ -26,15 +30,21 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
         params.sampled_head = sampled_head;
     }
     if (!status) status = vw_run_open(&params, &run);
+    uint64_t steps_before = status ? 0 : vw_run_get_results(run)->statistics.steps;
+    double began_s = vw_now_s(), took_s = NAN;
     if (!status) {
         progress.interrupt = vw_interrupt_watch(); // opening leaves an empty OUT at most, and may be ended at once
         status = vw_run_advance(run, UINT64_MAX);
+        took_s = vw_now_s() - began_s;
     }
     vw_progress_end(&progress);
     if (!status) status = vw_run_finish(run);
     if (!status && !(options->worth && options->json)) status = vw_run_print(run, train_only, options->json);
+    if (!status) vw_answer_begin(run, options->out, &answer);
+    if (!status && !steps_before) answer.training_s = took_s;
     vw_run_close(&run);
-    return status || !options->worth ? status : vw_worth_of_run(options, options->out, options->worth);
+    if (!status && options->worth) status = vw_worth_of_run(options, options->out, options->worth);
+    return status || train_only || options->json ? status : vw_answer_print(&answer);
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {

@@ -12,6 +12,7 @@
 #include "batch/child.h"
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
+#include "cli/output/answer.h"
 #include "cli/output/progress.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
@@ -94,7 +95,10 @@ static enum vw_status finish_job(void *context, uint32_t place, enum vw_status s
     if (stepped) return VW_OK;
     enum vw_status status = take_log(job);
     if (!status) status = vw_run_finish(run);
-    return status ? status : vw_run_print(run, false, false);
+    if (!status) status = vw_run_print(run, false, false);
+    struct vw_answer answer;
+    if (!status) vw_answer_begin(run, job->out, &answer);
+    return status ? status : vw_answer_print(&answer);
 }
 
 enum vw_status vw_value_jobs(const struct vw_options *options, const char *seeds) {

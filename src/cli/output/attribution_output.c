@@ -7,7 +7,7 @@
 #include "cli/output/results.h"
 #include "report/tables.h"
 
-enum { SHOWN_ROWS = 20, SHOWN_GROUPS = 10 }; // the tables have all
+enum { SHOWN_ROWS = 20, SHOWN_GROUPS = 10, SHOWN_IN_GROUP = 6 }; // the tables have all
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
@@ -102,22 +102,27 @@ static void print_payouts(const struct vw_attribution *attribution) {
     print_unvalued(attribution);
 }
 
-static void print_duplicate(const struct vw_duplicate_score *row) {
-    if (row->score) print_value(row->score->value, row->score->standard_error, row->score->unit);
-    else vw_print("  validates  ");
-    vw_print("%s, %s, similarity %.2f\n", row->image->name, provider_of(row->image->provider), row->similarity);
+// Prints a group on one line; the table has each photo's own score. Returns how many rows it has.
+static uint32_t print_duplicate_group(const struct vw_attribution *attribution, uint32_t first) {
+    const struct vw_duplicate_score *rows = attribution->duplicates;
+    uint32_t end = first;
+    vw_print("near-duplicates, together %+" VW_SCORE_DIGITS "f by %s:", rows[first].group_value, attribution->method);
+    for (; end < attribution->duplicate_count && rows[end].group == rows[first].group; end++) {
+        const char *provider = rows[end].image->provider;
+        if (end - first >= SHOWN_IN_GROUP) continue;
+        vw_print("%s %s%s", end > first ? "," : "", rows[end].image->name, rows[end].score ? "" : " (validates)");
+        if (provider && *provider) vw_print(" of %s", provider);
+    }
+    if (end - first > SHOWN_IN_GROUP) vw_print(" and %u more", end - first - SHOWN_IN_GROUP);
+    vw_print("\n");
+    return end - first;
 }
 
 static void print_duplicates(const struct vw_attribution *attribution) {
-    uint32_t groups = 0;
     const struct vw_duplicate_score *rows = attribution->duplicates;
-    for (uint32_t i = 0; i < attribution->duplicate_count; i++) {
-        bool begins = i == 0 || rows[i].group != rows[i - 1].group;
-        if (begins && ++groups <= SHOWN_GROUPS)
-            vw_print("near-duplicates, together %+" VW_SCORE_DIGITS "f by %s\n", rows[i].group_value,
-                     attribution->method);
-        if (groups <= SHOWN_GROUPS) print_duplicate(&rows[i]);
-    }
+    uint32_t groups = 0, i = 0;
+    while (i < attribution->duplicate_count && groups++ < SHOWN_GROUPS) i += print_duplicate_group(attribution, i);
+    for (; i < attribution->duplicate_count; i++) groups += rows[i].group != rows[i - 1].group;
     print_more(groups, SHOWN_GROUPS, attribution->duplicates_path);
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "cli/output/answer.h"
 #include "cli/output/print.h"
 #include "cli/output/ranking.h"
 #include "cli/output/results.h"
@@ -91,21 +92,6 @@ static const struct vw_view_distance *find_distance(const struct vw_validation_v
     return NULL;
 }
 
-// Prints whether the reconstruction is good enough to rank photos by, and what to do if it is not.
-static void print_reconstruction(const struct vw_reconstruction *seen, enum vw_verdict verdict,
-                                 const struct vw_config *config) {
-    double times = vw_accuracy_most_against(config);
-    char ssim[32] = "";
-    if (verdict == VW_VERDICT_UNKNOWN) return;
-    if (isfinite(seen->ssim)) snprintf(ssim, sizeof ssim, " and SSIM %.2f", seen->ssim);
-    vw_print("reconstruction  %s: %.1f dB%s in the middle of %u validation photos; their mean colour has %.1f "
-             "dB, the nearest train photo %.1f\n",
-             vw_verdict_word(verdict), seen->psnr_db, ssim, seen->view_count, seen->mean_colour_db,
-             seen->nearest_photo_db);
-    if (verdict == VW_VERDICT_TOO_COARSE && times > 1.5)
-        vw_print("next     --accuracy reference, which takes about %.0f times as long\n", times);
-}
-
 // Prints how far the ranking can be believed.
 static void print_agreement(const struct vw_ranking_agreement *agreement) {
     if (isfinite(agreement->better_training))
@@ -116,10 +102,6 @@ static void print_agreement(const struct vw_ranking_agreement *agreement) {
                  isfinite(agreement->better_training) ? "        " : "ranks   ", agreement->view_count,
                  agreement->view_halves,
                  agreement->view_halves < LOW_AGREEMENT ? ": these scores are for these views" : "");
-}
-
-static void print_validation_views(const struct vw_validation_views *validation) {
-    if (vw_validation_views_have_matrix(validation)) vw_print("matrix   %s\n", validation->matrix_path);
 }
 
 static json_t *view_to_json(const struct vw_validation_views *validation, const struct vw_view_evidence *view) {
@@ -156,8 +138,6 @@ static void print_ranking(const struct vw_run_results *results, const struct vw_
 
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
     const struct vw_ranking_agreement *agreement = &results->outputs.validation.agreement;
-    print_reconstruction(&results->outputs.reconstruction, vw_verdict_judge(&results->outputs.reconstruction),
-                         results->config);
     print_agreement(agreement);
     print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
@@ -166,11 +146,12 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps%s\n",
              results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps,
              vw_scene_has_weights(results->scene) ? ", means weighted by photo" : "");
-    print_validation_views(&results->outputs.validation);
-    vw_print("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path,
-             results->field_path);
-    if (results->outputs.has_splats) vw_print("splats   %s\n", results->splats_path);
-    if (results->outputs.report_path) vw_print("report   %s\n", results->outputs.report_path);
+    vw_print("files    %s %s %s", results->ledger_path, results->scores_path, results->field_path);
+    if (results->outputs.has_splats) vw_print(" %s", results->splats_path);
+    if (vw_validation_views_have_matrix(&results->outputs.validation))
+        vw_print(" %s", results->outputs.validation.matrix_path);
+    if (results->outputs.report_path) vw_print("\nreport   %s", results->outputs.report_path);
+    vw_print("\n");
     vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", results->head);
 }
 
@@ -192,6 +173,7 @@ static void add_values(const struct vw_run_results *results, const struct vw_ran
         vw_json_set(root, "stability", stability_to_json(&results->stability, results->until_stable));
     vw_json_set(root, "most_valuable", vw_ranking_to_json(ranking, VW_RANKING_HIGHEST));
     vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
+    vw_json_set(root, "advice", vw_answer_advice_to_json(results->outputs.attribution.out));
     vw_attribution_add_json(&results->outputs.attribution, root);
     vw_json_set(root, "verdict",
                 vw_verdict_to_json(&results->outputs.reconstruction, &results->outputs.validation.agreement));

@@ -89,6 +89,12 @@ double vw_accuracy_most_against(const struct vw_config *config) {
     return work_of(&most) / work_of(config);
 }
 
+double vw_accuracy_unvalidated_share(const struct vw_config *config) {
+    struct vw_config unvalidated = *config;
+    unvalidated.val_rays = 0;
+    return work_of(&unvalidated) / work_of(config);
+}
+
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]) {
     size_t used = 0;
     for (enum part part = 0; part < PART_COUNT; part++)

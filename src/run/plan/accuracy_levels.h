@@ -26,6 +26,8 @@ void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, st
 // Returns how many times as long the most expensive level would train as the config does, by their rays, samples and
 // epochs; at most 1 if the config costs as much.
 double vw_accuracy_most_against(const struct vw_config *config);
+// Returns the share of the time of a training that it would take without validation, likewise.
+double vw_accuracy_unvalidated_share(const struct vw_config *config);
 // The options that set the same fields to the values in the config: "--rays 125 --samples 16 ... --epochs 15".
 enum { VW_ACCURACY_TEXT_BYTES = 240 };
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]);
