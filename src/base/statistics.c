@@ -130,6 +130,12 @@ double vw_student_quantile_95(double degrees) {
     return expand_student(1.644853626951473, degrees);
 }
 
+double vw_student_quantile_99(double degrees) {
+    if (degrees == 1) return 31.8205159537740; // tan(0.49 pi)
+    if (degrees == 2) return 6.96455673428326; // 0.98 / sqrt(2 * 0.99 * 0.01)
+    return expand_student(2.326347874040841, degrees);
+}
+
 static bool dominates(double cost, double quality, double other_cost, double other_quality) {
     return cost <= other_cost && quality >= other_quality && (cost < other_cost || quality > other_quality);
 }

@@ -47,6 +47,8 @@ enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks);
 double vw_student_quantile(double degrees);
 // Returns the 95 % quantile in the same way (90 % are within +-t).
 double vw_student_quantile_95(double degrees);
+// Returns the 99 % quantile (98 % are within +-t), with an error of at most 1 %.
+double vw_student_quantile_99(double degrees);
 
 // Sets on_front[i] if no other choice has at most its cost and at least its quality, one of them strictly better. Equal
 // choices are all on the front. A choice with a NaN is not on it and dominates none.

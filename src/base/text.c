@@ -115,7 +115,7 @@ bool vw_word_list_has(const char *list, const char *name) {
 }
 
 void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]) {
-    if (seconds < 99.5) snprintf(text, VW_DURATION_BYTES, "%.*f s", seconds < 9.95, seconds);
+    if (seconds < 99.5) snprintf(text, VW_DURATION_BYTES, "%.*f s", seconds >= 0.05 && seconds < 9.95, seconds);
     else if (seconds < 99.5 * 60) snprintf(text, VW_DURATION_BYTES, "%.0f min", seconds / 60);
     else snprintf(text, VW_DURATION_BYTES, "%.*f h", seconds < 9.95 * 3600, seconds / 3600);
 }

@@ -73,7 +73,7 @@ const struct vw_option vw_option_table[] = {
     {"verify", NULL,
      "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
      "photos that did not select it (the default, which needs the scene and a device); with a rule or --method, this "
-     "list is among them. Up to 25 lists with --seeds trainings each; the same command resumes",
+     "list is among them. Up to 23 lists with --seeds trainings each; the same command resumes",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
     {"quick", NULL, "Leave out robust outliers without trainings that verify it", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
      OPTION(FLAG, quick), COMMON},

@@ -1,10 +1,12 @@
 #include "experiment/verified_candidates.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/random.h"
 #include "base/statistics.h"
 #include "viewworth/log.h"
 
@@ -14,23 +16,26 @@ static const struct {
     double percent;
 } rules[] = {
     {"without-outliers", NULL, VW_SELECT_OUTLIERS, 0},
-    {"without-outliers:dv_psnr", "dv_psnr", VW_SELECT_OUTLIERS, 0},
-    {"without-outliers:dv_loss", "dv_loss", VW_SELECT_OUTLIERS, 0},
-    {"without-outliers:quality", "quality", VW_SELECT_OUTLIERS, 0},
     {"not-harmful", "dv_psnr", VW_SELECT_NOT_HARMFUL, 0},
     {"positive", "dv_psnr", VW_SELECT_POSITIVE, 0},
     {"top:90%:dv_psnr", "dv_psnr", VW_SELECT_TOP, 90},
     {"top:75%:dv_psnr", "dv_psnr", VW_SELECT_TOP, 75},
-    {"top:50%:dv_psnr", "dv_psnr", VW_SELECT_TOP, 50},
-    {"top:90%:quality", "quality", VW_SELECT_TOP, 90},
     {"top:75%:quality", "quality", VW_SELECT_TOP, 75},
-    {"top:50%:quality", "quality", VW_SELECT_TOP, 50},
-    {"without-outliers:lasting_psnr", "lasting_psnr", VW_SELECT_OUTLIERS, 0},
     {"top:90%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 90},
     {"top:75%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 75},
-    {"top:50%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 50},
 };
-_Static_assert(VW_ARRAY_COUNT(rules) + 1 < VW_CANDIDATES_MAX, "two more are all photos and the list asked for");
+
+// Lists without scores, the first of which is all photos: scores that choose no better than these are worth nothing.
+static const struct {
+    const char *name;
+    uint32_t percent; // that are kept
+    bool random;      // else every n-th by name is left out
+} controls[] = {
+    {"all", 100, false},      {"thinned:90%", 90, false}, {"thinned:75%", 75, false},
+    {"random:90%", 90, true}, {"random:75%", 75, true},
+};
+_Static_assert(VW_ARRAY_COUNT(rules) + VW_ARRAY_COUNT(controls) < VW_CANDIDATES_MAX, "one more is asked for");
+static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings are smaller
 
 static bool has_method(const struct vw_scorings *scorings, const char *method) {
     bool everywhere = true;
@@ -46,26 +51,6 @@ static bool has_method(const struct vw_scorings *scorings, const char *method) {
 static void free_candidate(struct vw_candidate *candidate) {
     free(candidate->same_as);
     for (int s = 0; s < VW_SCORINGS; s++) vw_selection_free(&candidate->selections[s]);
-}
-
-// ---- All photos ----
-
-static enum vw_status list_all(const struct vw_scorings *scorings, struct vw_selection *selection) {
-    selection->image_ids = vw_allocate(scorings->image_count, sizeof *selection->image_ids);
-    if (!selection->image_ids) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < scorings->image_count; i++)
-        if (strcmp(scorings->images[i].split, "train") == 0)
-            selection->image_ids[selection->count++] = scorings->images[i].image_id;
-    selection->scored_count = selection->count;
-    return VW_OK;
-}
-
-static enum vw_status add_all(const struct vw_scorings *scorings, struct vw_candidates *candidates) {
-    struct vw_candidate *all = &candidates->list[candidates->count++];
-    enum vw_status status = VW_OK;
-    *all = (struct vw_candidate){.name = "all", .method = "none"};
-    for (int s = 0; !status && s < VW_SCORINGS; s++) status = list_all(scorings, &all->selections[s]);
-    return status;
 }
 
 // ---- Rules ----
@@ -109,25 +94,55 @@ static enum vw_status add(struct vw_candidates *candidates, struct vw_candidate 
     return VW_OK;
 }
 
+static bool contains(const struct vw_selection *selection, uint32_t image_id) {
+    bool found = false;
+    for (uint32_t i = 0; i < selection->count && !found; i++) found = selection->image_ids[i] == image_id;
+    return found;
+}
+
+// Adds the lone views by the same scores: what no other photo sees is worth more than a score shows.
+static enum vw_status keep_lone(const struct vw_scorings *scorings, int s, struct vw_selection *selection) {
+    const struct vw_selection_params params = {.rule = VW_SELECT_OUTLIERS};
+    struct vw_selection found = {0};
+    enum vw_status status = vw_selection_make(scorings->scores[s], scorings->score_counts[s], scorings->images,
+                                              scorings->image_count, &params, &found);
+    if (status) return status;
+    uint32_t *ids = vw_allocate((size_t)selection->count + found.outlier_count, sizeof *ids);
+    if (ids) {
+        memcpy(ids, selection->image_ids, selection->count * sizeof *ids);
+        free(selection->image_ids);
+        selection->image_ids = ids;
+        for (uint32_t i = 0; i < found.outlier_count; i++)
+            if (found.outliers[i].lone && !contains(selection, found.outliers[i].image_id))
+                ids[selection->count++] = found.outliers[i].image_id;
+    }
+    vw_selection_free(&found);
+    return ids ? VW_OK : VW_ERROR_MEMORY;
+}
+
 // Applies a rule; one that keeps too few photos by some scores does not fail.
 static enum vw_status apply(const struct vw_scorings *scorings, const struct vw_selection_params *params,
-                            struct vw_candidate *made, bool *fits) {
+                            bool spare_lone, struct vw_candidate *made, bool *fits) {
     *fits = true;
     for (int s = 0; *fits && s < VW_SCORINGS; s++) {
+        struct vw_selection *selection = &made->selections[s];
         enum vw_status status = vw_selection_make(scorings->scores[s], scorings->score_counts[s], scorings->images,
-                                                  scorings->image_count, params, &made->selections[s]);
+                                                  scorings->image_count, params, selection);
         if (status && status != VW_ERROR_INPUT) return status;
-        *fits = !status && made->selections[s].count > 1;
+        *fits = !status && selection->count > 1;
+        if (*fits && spare_lone) status = keep_lone(scorings, s, selection);
+        if (*fits && status) return status;
     }
     return VW_OK;
 }
 
 static enum vw_status add_rule(const struct vw_scorings *scorings, const char *name,
-                               const struct vw_selection_params *params, struct vw_candidates *candidates) {
+                               const struct vw_selection_params *params, bool spare_lone,
+                               struct vw_candidates *candidates) {
     struct vw_candidate made = {.name = name,
                                 .method = params->method ? params->method : "train_fit, dv_psnr, dv_loss"};
     bool fits = false;
-    enum vw_status status = apply(scorings, params, &made, &fits);
+    enum vw_status status = apply(scorings, params, spare_lone, &made, &fits);
     if (!status && fits) status = add(candidates, &made);
     else if (!status) vw_log_info("list     %s: keeps fewer than 2 photos and is left out", name);
     free_candidate(&made);
@@ -141,7 +156,50 @@ static enum vw_status add_asked(const struct vw_scorings *scorings, const struct
                        "--verify needs scores by each half of the validation photos, and %s has none; leave --verify "
                        "out, or compare the list by viewworth compare",
                        asked->method);
-    return add_rule(scorings, name, asked, candidates);
+    return add_rule(scorings, name, asked, false, candidates);
+}
+
+// ---- Lists without scores ----
+
+static int compare_names(const void *left, const void *right) {
+    const struct vw_ledger_image *const *one = left, *const *other = right;
+    return strcmp((*one)->name, (*other)->name);
+}
+
+// Leaves out as many photos as `percent` says, evenly spaced in the order.
+static void thin(const struct vw_ledger_image *const *photos, const uint32_t *order, uint32_t count, uint32_t percent,
+                 struct vw_selection *selection) {
+    uint64_t dropped = count - (uint64_t)round(count * (percent / 100.0));
+    for (uint64_t i = 0; i < count; i++)
+        if ((2 * i * dropped + count) / (2 * count) == (2 * (i + 1) * dropped + count) / (2 * count))
+            selection->image_ids[selection->count++] = photos[order[i]]->image_id;
+    vw_sort_places(selection->image_ids, selection->count);
+    selection->scored_count = count;
+}
+
+// Adds a list that is the same by all scorings.
+static enum vw_status add_control(const struct vw_scorings *scorings, size_t place, struct vw_candidates *candidates) {
+    struct vw_candidate made = {.name = controls[place].name, .method = "none"};
+    const struct vw_ledger_image **photos = vw_allocate(scorings->image_count, sizeof *photos);
+    uint32_t *order = vw_allocate(scorings->image_count, sizeof *order), count = 0;
+    enum vw_status status = photos && order ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < scorings->image_count; i++)
+        if (strcmp(scorings->images[i].split, "train") == 0) photos[count++] = &scorings->images[i];
+    if (!status) {
+        qsort(photos, count, sizeof *photos, compare_names);
+        for (uint32_t i = 0; i < count; i++) order[i] = i;
+        if (controls[place].random) vw_random_order(DRAW_SEED | scorings->seed, controls[place].percent, count, order);
+    }
+    for (int s = 0; !status && s < VW_SCORINGS; s++) {
+        made.selections[s].image_ids = vw_allocate(count, sizeof *made.selections[s].image_ids);
+        if (!made.selections[s].image_ids) status = VW_ERROR_MEMORY;
+        else thin(photos, order, count, controls[place].percent, &made.selections[s]);
+    }
+    if (!status) status = add(candidates, &made);
+    free_candidate(&made);
+    free(photos);
+    free(order);
+    return status;
 }
 
 enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
@@ -151,13 +209,15 @@ enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const stru
         if (!scorings->score_counts[s])
             return vw_fail(VW_ERROR_INPUT,
                            "the ledger has no scores; value the photos first, with --epochs larger than --burn-in");
-    enum vw_status status = add_all(scorings, candidates);
+    enum vw_status status = add_control(scorings, 0, candidates);
     if (!status && asked) status = add_asked(scorings, asked, asked_name, candidates);
     for (size_t r = 0; !status && r < VW_ARRAY_COUNT(rules); r++) {
         const struct vw_selection_params params = {
             .method = rules[r].method, .rule = rules[r].rule, .amount = rules[r].percent, .percent = true};
-        if (has_method(scorings, rules[r].method)) status = add_rule(scorings, rules[r].name, &params, candidates);
+        if (has_method(scorings, rules[r].method))
+            status = add_rule(scorings, rules[r].name, &params, true, candidates);
     }
+    for (size_t c = 1; !status && c < VW_ARRAY_COUNT(controls); c++) status = add_control(scorings, c, candidates);
     return status;
 }
 

@@ -1,5 +1,5 @@
-// The lists of photos that a verified selection tries: each is a rule, applied to the scores of either half of the
-// validation photos and to those of all of them.
+// The lists of photos that a verified selection tries: rules, each applied to the scores of either half of the
+// validation photos and to those of all of them, and lists of the same sizes without scores.
 #ifndef VIEWWORTH_EXPERIMENT_VERIFIED_CANDIDATES_H
 #define VIEWWORTH_EXPERIMENT_VERIFIED_CANDIDATES_H
 
@@ -15,6 +15,7 @@ enum { VW_CANDIDATES_MAX = 20, VW_HALF_BOTH = VW_HALVES, VW_SCORINGS };
 struct vw_scorings {
     const struct vw_ledger_image *images;
     uint32_t image_count;
+    uint64_t seed;                               // draws the random lists
     struct vw_ledger_score *scores[VW_SCORINGS]; // owned by the caller
     uint32_t score_counts[VW_SCORINGS];
 };
@@ -31,10 +32,11 @@ struct vw_candidates {
     uint32_t count;
 };
 
-// Makes the candidates, that of `asked` (NULL: none) the first after all photos. Rules by a score that one of the
-// scorings lacks are left out. Rules whose lists are all equal become one; a rule that keeps fewer than two photos by
-// any of the scorings is left out, with a line of the log. Free them also after a failure. VW_ERROR_INPUT where there
-// are no scores, VW_ERROR_USAGE where a scoring lacks those of `asked`, VW_ERROR_MEMORY.
+// Makes the candidates, that of `asked` (NULL: none) the first after all photos. No other rule leaves out a lone view
+// (viewworth/selection.h). Rules by a score that one of the scorings lacks are left out. Rules whose lists are all
+// equal become one; a rule that keeps fewer than two photos by any of the scorings is left out, with a line of the log.
+// Free them also after a failure. VW_ERROR_INPUT where there are no scores, VW_ERROR_USAGE where a scoring lacks those
+// of `asked`, VW_ERROR_MEMORY.
 enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
                                   const char *asked_name, struct vw_candidates *candidates);
 void vw_candidates_free(struct vw_candidates *candidates);

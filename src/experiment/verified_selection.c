@@ -49,6 +49,7 @@ static enum vw_status prepare(struct work *work) {
     work->config = run->recorded.config;
     work->scorings.images = run->images;
     work->scorings.image_count = run->image_count;
+    work->scorings.seed = work->config.seed;
     work->halves = vw_allocate(run->image_count, sizeof *work->halves);
     if (!work->halves) return VW_ERROR_MEMORY;
     enum vw_status status = vw_scoring_load(run->recorded.ledger, &work->config, &work->input);

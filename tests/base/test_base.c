@@ -9,6 +9,7 @@
 #include <sys/syscall.h>
 
 #include "base/hash.h"
+#include "base/text.h"
 #include "viewworth/log.h"
 
 static void assert_hex(const uint8_t hash[VW_HASH_BYTES], const char *expected) {
@@ -283,8 +284,8 @@ TEST(durations_are_for_people) {
     static const struct {
         double seconds;
         const char *text;
-    } cases[] = {{0.04, "0.0 s"}, {7.25, "7.2 s"},  {9.96, "10 s"},  {45, "45 s"},    {99, "99 s"},
-                 {180, "3 min"},  {5400, "90 min"}, {9000, "2.5 h"}, {36000, "10 h"}, {1e6, "278 h"}};
+    } cases[] = {{0.04, "0 s"},  {7.25, "7.2 s"},  {9.96, "10 s"},  {45, "45 s"},    {99, "99 s"},
+                 {180, "3 min"}, {5400, "90 min"}, {9000, "2.5 h"}, {36000, "10 h"}, {1e6, "278 h"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         char text[VW_DURATION_BYTES];
         vw_text_duration(cases[i].seconds, text);

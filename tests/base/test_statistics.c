@@ -51,12 +51,14 @@ TEST(correlations_and_ties) {
 // Values are from tables of Student's distribution; the expansion is good to 0.2 %.
 TEST(students_quantiles) {
     static const struct {
-        double degrees, quantile, quantile_95;
-    } rows[] = {{1, 12.7062, 6.31375}, {2, 4.30265, 2.91999},  {3, 3.18245, 2.35336},  {4, 2.77645, 2.13185},
-                {9, 2.26216, 1.83311}, {49, 2.00958, 1.67655}, {1e6, 1.95997, 1.64485}};
+        double degrees, quantile, quantile_95, quantile_99;
+    } rows[] = {{1, 12.7062, 6.31375, 31.8205},  {2, 4.30265, 2.91999, 6.96456}, {3, 3.18245, 2.35336, 4.54070},
+                {4, 2.77645, 2.13185, 3.74695},  {9, 2.26216, 1.83311, 2.82144}, {49, 2.00958, 1.67655, 2.40489},
+                {1e6, 1.95997, 1.64485, 2.32635}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double tolerance = rows[i].degrees < 3 ? 1e-5 : 2e-3;
         assert_near(vw_student_quantile(rows[i].degrees) / rows[i].quantile, 1, tolerance);
         assert_near(vw_student_quantile_95(rows[i].degrees) / rows[i].quantile_95, 1, tolerance);
+        assert_near(vw_student_quantile_99(rows[i].degrees) / rows[i].quantile_99, 1, 5 * tolerance);
     }
 }

@@ -34,6 +34,7 @@ check "lists are verified" verify valued list.txt
 check "how is said" grep -q '^verified by trainings at equal steps with seeds 1 to 2: 2 and 2 validation photos$' stdout
 check "all photos are the first candidate" grep -qE '^all +12   the others are compared with it$' stdout
 check "other candidates have intervals" grep -qE '^[a-z]+[^ ]* +[0-9]+ +[-+][0-9.]+  [-+][0-9.]+ to [-+][0-9.]+$' stdout
+check "thinning and random lists are among them" test "$(grep -oE '(thinned|random):(75|90)%' stdout | sort -u | wc -l)" = 4
 check "a sentence says what was chosen and why" grep -qE '^chosen   (all photos: no list is better|[a-z].*: of the lists whose)' stdout
 check "trainings, time and what Ctrl-C keeps are said first" grep -qE \
     "^$(retrainings valued) trainings, about [0-9.]+ (s|min|h); Ctrl-C keeps what is done$" stderr
@@ -78,6 +79,16 @@ check "the chosen one is one of them, and is the list" says "(SELECT value ->> '
 check "all photos have no gain" says "j ->> '\$.verified.candidates[0].name' = 'all' AND
     j ->> '\$.verified.candidates[0].gain_db' = 0"
 
+cp -r valued stopped
+"$program" select stopped --to stopped.txt --seeds 50 >stdout 2>stderr &
+process=$!
+for ((i = 0; i < 600 && $(retrainings stopped) <= made * 3 / 2; i++)); do sleep 0.1; done
+kill -INT "$process"
+wait "$process"
+check "Ctrl-C is said to keep the trainings" grep -q 'interrupted; stopped keeps the finished retrainings; the same command resumes' stderr
+check "some are kept" test "$(retrainings stopped)" -gt $((made * 3 / 2))
+check "no list is written" test ! -e stopped.txt
+
 # ---- A rule that was asked for ----
 
 check "--verify has the rule among the candidates" verify valued asked.txt --verify --drop 20%
@@ -94,7 +105,7 @@ done
 check "two photos are halves of one each" verify two list_of_two.txt
 check "which is said to prove little" grep -q 'only 2 validation photos judge, which proves little' stdout
 check "a sweep by validation photo" quietly "$program" lasting two --lasting-matrix --no-gate --quiet
-check "gives lists by lasting credit" eval 'verify two list_of_lasting.txt && grep -qE "^top:[579][05]%:lasting_psnr +[0-9]" stdout'
+check "gives lists by lasting credit" eval 'verify two list_of_lasting.txt && grep -qE "(^|[ ,])top:[79][05]%:lasting_psnr" stdout'
 check "a single photo is refused, with a remedy" refuses \
     'has 1 validation photo, but a verified selection needs at least 2: .*or select with --quick' select one --to single.txt
 check "without a training" test "$(retrainings one)" = 0

@@ -1,17 +1,23 @@
-// The candidate lists of a verified selection: rules on given scores, equal lists, lists that are too short.
+// The candidate lists of a verified selection: rules on given scores, equal lists, lists that are too short, lone
+// views, and lists without scores.
 #include "support/ledger_fixture.h"
 
 #include "experiment/verified_candidates.h"
 
 enum { PHOTOS = 10 };
+#define CONTROLS "thinned:90% 9; thinned:75% 8; random:90% 9; random:75% 8"
 static struct vw_ledger_image images[PHOTOS];
-static struct vw_ledger_score rows[VW_SCORINGS][2 * PHOTOS];
+static struct vw_ledger_score rows[VW_SCORINGS][3 * PHOTOS];
 
 // Makes scorings by which photo 3 is an outlier in half A, photo 4 in half B, photo 3 in both. All intervals hold zero.
 static struct vw_scorings make_scorings(uint32_t method_count) {
     static const uint32_t outliers[VW_SCORINGS] = {3, 4, 3};
     struct vw_scorings scorings = {.images = images, .image_count = PHOTOS};
-    for (uint32_t i = 0; i < PHOTOS; i++) images[i] = (struct vw_ledger_image){i, "photo", "train", NULL, HEX_A, NULL};
+    static char names[PHOTOS][8];
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        snprintf(names[i], sizeof names[i], "photo%u", (PHOTOS - 1 - i)); // the last by name is the first one
+        images[i] = (struct vw_ledger_image){i, names[i], "train", NULL, HEX_A, NULL};
+    }
     for (int s = 0; s < VW_SCORINGS; s++) {
         for (uint32_t i = 0; i < 2 * PHOTOS; i++) {
             double value = i < PHOTOS ? 1 + 0.1 * i : 0.5 - 0.01 * i;
@@ -46,9 +52,8 @@ TEST(rules_apply_to_the_scores_of_each_half) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(2);
     ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
-    check_names(&candidates, "all 10 = without-outliers, without-outliers:quality, not-harmful; "
-                             "without-outliers:dv_psnr 9 = positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
-                             "top:50%:dv_psnr 5; top:90%:quality 9; top:75%:quality 8; top:50%:quality 5");
+    check_names(&candidates, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; top:75%:dv_psnr 8; "
+                             "top:75%:quality 8; " CONTROLS);
     const struct vw_selection *lists = candidates.list[1].selections;
     assert_true(!keeps(&lists[VW_HALF_A], 3) && keeps(&lists[VW_HALF_A], 4));
     assert_true(keeps(&lists[VW_HALF_B], 3) && !keeps(&lists[VW_HALF_B], 4));
@@ -62,9 +67,8 @@ TEST(a_method_without_scores_has_no_candidates) {
     AUTO(vw_candidates_free) struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
     ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
-    check_names(&candidates,
-                "all 10 = without-outliers, not-harmful; without-outliers:dv_psnr 9 = positive, top:90%:dv_psnr; "
-                "top:75%:dv_psnr 8; top:50%:dv_psnr 5");
+    check_names(&candidates, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; "
+                             "top:75%:dv_psnr 8; " CONTROLS);
 }
 
 TEST(lasting_credit_selects_where_every_scoring_has_it) {
@@ -73,10 +77,8 @@ TEST(lasting_credit_selects_where_every_scoring_has_it) {
     for (int s = 0; s < VW_SCORINGS; s++)
         for (uint32_t i = PHOTOS; i < 2 * PHOTOS; i++) rows[s][i].method = "lasting_psnr";
     ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
-    check_names(&candidates,
-                "all 10 = without-outliers, not-harmful, without-outliers:lasting_psnr; without-outliers:dv_psnr 9 = "
-                "positive, top:90%:dv_psnr; top:75%:dv_psnr 8; top:50%:dv_psnr 5; top:90%:lasting_psnr 9; "
-                "top:75%:lasting_psnr 8; top:50%:lasting_psnr 5");
+    check_names(&candidates, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; top:75%:dv_psnr 8; "
+                             "top:90%:lasting_psnr 9; top:75%:lasting_psnr 8; " CONTROLS);
     vw_candidates_free(&candidates);
     scorings.score_counts[VW_HALF_B] = PHOTOS; // a sweep of all validation photos together
     ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
@@ -88,14 +90,12 @@ TEST(lasting_credit_selects_where_every_scoring_has_it) {
 TEST(lists_that_differ_by_one_scoring_are_two) {
     AUTO(vw_candidates_free) struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
-    rows[VW_HALF_BOTH][5].value = -1; // not positive, but no outlier
-    rows[VW_HALF_BOTH][3].value = 1;
-    for (uint32_t i = 6; i < PHOTOS; i++) rows[VW_HALF_BOTH][i].value = 2 * i;
+    rows[VW_HALF_BOTH][3].value = 1; // positive keeps all photos by all validation photos
     ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
-    assert_string_equal(candidates.list[1].name, "without-outliers:dv_psnr");
+    assert_string_equal(candidates.list[1].name, "positive");
     assert_null(candidates.list[1].same_as);
     assert_int_equal(candidates.list[1].selections[VW_HALF_BOTH].count, 10);
-    assert_string_equal(candidates.list[2].name, "positive");
+    assert_string_equal(candidates.list[2].name, "top:90%:dv_psnr");
 }
 
 TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {
@@ -112,5 +112,61 @@ TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {
     scorings.score_counts[VW_HALF_A] = 0;
     ASSERT_FAILS(vw_candidates_make(&scorings, NULL, NULL, &candidates), VW_ERROR_INPUT,
                  "no scores; value the photos first");
+    vw_candidates_free(&candidates);
+}
+
+// The photo with the low credit fits as well as others do.
+TEST(a_lone_view_is_left_out_by_no_score) {
+    AUTO(vw_candidates_free) struct vw_candidates candidates;
+    struct vw_scorings scorings = make_scorings(3);
+    for (int s = 0; s < VW_SCORINGS; s++)
+        for (uint32_t i = 0; i < PHOTOS; i++) {
+            rows[s][PHOTOS + i] = rows[s][i];
+            rows[s][PHOTOS + i].method = "dv_loss";
+            rows[s][2 * PHOTOS + i] = (struct vw_ledger_score){i, "train_fit", 20 + 0.1 * i, "", 0, 4, 0, 50, 0, 0};
+        }
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
+    check_names(&candidates,
+                "all 10 = without-outliers, not-harmful, positive, top:90%:dv_psnr; top:75%:dv_psnr 9; " CONTROLS);
+    assert_true(keeps(&candidates.list[1].selections[VW_HALF_A], 3));
+    assert_true(keeps(&candidates.list[1].selections[VW_HALF_B], 4));
+    assert_true(keeps(&candidates.list[1].selections[VW_HALF_BOTH], 3));
+}
+
+TEST(lists_without_scores_are_the_same_by_all_scorings) {
+    struct vw_candidates candidates, again;
+    struct vw_scorings scorings = make_scorings(1);
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &candidates));
+    scorings.seed = 1;
+    ASSERT_OK(vw_candidates_make(&scorings, NULL, NULL, &again));
+    uint32_t first = candidates.count - 4, differ = 0;
+    for (uint32_t c = first; c < candidates.count; c++) {
+        const struct vw_selection *lists = candidates.list[c].selections;
+        for (int s = 1; s < VW_SCORINGS; s++)
+            assert_memory_equal(lists[s].image_ids, lists[0].image_ids, lists[0].count * sizeof *lists[0].image_ids);
+        assert_string_equal(candidates.list[c].method, "none");
+        differ += memcmp(again.list[c].selections[0].image_ids, lists[0].image_ids,
+                         lists[0].count * sizeof *lists[0].image_ids) != 0;
+    }
+    assert_int_equal(differ, 2); // the random ones, by another seed
+    // Ten photos by name, which is the other way round: the third of each five is left out.
+    const struct vw_selection *thinned = &candidates.list[first + 1].selections[VW_HALF_BOTH];
+    for (uint32_t i = 0; i < PHOTOS; i++) assert_int_equal(keeps(thinned, PHOTOS - 1 - i), i != 2 && i != 7);
+    vw_candidates_free(&candidates);
+    vw_candidates_free(&again);
+}
+
+TEST(a_rule_that_was_asked_for_is_a_candidate) {
+    struct vw_candidates candidates;
+    struct vw_scorings scorings = make_scorings(2);
+    struct vw_selection_params asked = {.method = "quality", .rule = VW_SELECT_DROP, .amount = 3};
+    ASSERT_OK(vw_candidates_make(&scorings, &asked, "drop:3:quality", &candidates));
+    assert_string_equal(candidates.list[1].name, "drop:3:quality");
+    assert_string_equal(candidates.list[1].method, "quality");
+    assert_int_equal(candidates.list[1].selections[VW_HALF_BOTH].count, 7);
+    vw_candidates_free(&candidates);
+    scorings.score_counts[VW_HALF_A] = PHOTOS;
+    ASSERT_FAILS(vw_candidates_make(&scorings, &asked, "drop:3:quality", &candidates), VW_ERROR_USAGE,
+                 "needs scores by each half");
     vw_candidates_free(&candidates);
 }

@@ -9,7 +9,7 @@
 #include "support/small_run.h"
 #include "viewworth/run.h"
 
-enum { PHOTOS = 10, JUDGES = 5, IMAGES = PHOTOS + JUDGES, SEEDS = 2, RUN_SEED = 3 };
+enum { PHOTOS = 10, JUDGES = 5, IMAGES = PHOTOS + JUDGES, SEEDS = 2, RUN_SEED = 3, KEPT = 8 };
 
 static const char recipe[] =
     "{\"viewworth_recipe\": 1, \"seed\": 3, \"image\": {\"width_px\": 16, \"height_px\": 12},"
@@ -95,9 +95,9 @@ static int tear_down(void **state) {
     return 0;
 }
 
-// Checks that the list is the best half by the scores of a half, or by those that the run recorded.
+// Checks that the list is the best three quarters by the scores of a half, or by those that the run recorded.
 static void check_list(struct fixture *f, const struct vw_candidate *candidate, int half) {
-    const struct vw_selection_params params = {.rule = VW_SELECT_TOP, .amount = 50, .percent = true};
+    const struct vw_selection_params params = {.rule = VW_SELECT_TOP, .amount = 75, .percent = true};
     struct vw_selection expected = {0};
     struct vw_value_input input;
     AUTO_FREE struct vw_ledger_score *scores = NULL;
@@ -109,7 +109,7 @@ static void check_list(struct fixture *f, const struct vw_candidate *candidate, 
         ASSERT_OK(vw_selection_make(scores, score_count, f->run.images, f->run.image_count, &params, &expected));
         vw_sort_places(expected.image_ids, expected.count);
     }
-    assert_int_equal(expected.count, PHOTOS / 2);
+    assert_int_equal(expected.count, KEPT);
     assert_int_equal(candidate->selections[half].count, expected.count);
     assert_memory_equal(candidate->selections[half].image_ids, expected.image_ids,
                         expected.count * sizeof *expected.image_ids);
@@ -150,11 +150,11 @@ TEST_WITHIN(a_half_judges_what_the_other_selects, set_up, tear_down) {
     assert_true(f->verified.candidates.count > 3);
     for (uint32_t c = 1; c < f->verified.candidates.count; c++) {
         check_gain(&f->verified, &retrainer, f->halves, c);
-        if (strcmp(f->verified.candidates.list[c].name, "top:50%:dv_psnr") == 0) halved = c;
+        if (strcmp(f->verified.candidates.list[c].name, "top:75%:dv_psnr") == 0) halved = c;
     }
     assert_true(halved != UINT32_MAX);
     const struct vw_candidate *candidate = &f->verified.candidates.list[halved];
     for (int half = 0; half < VW_SCORINGS; half++) check_list(f, candidate, half);
-    assert_int_equal(candidate->selections[VW_HALF_A].image_ids[0], 0);
-    assert_int_equal(candidate->selections[VW_HALF_B].image_ids[0], PHOTOS / 2);
+    assert_int_equal(candidate->selections[VW_HALF_A].image_ids[PHOTOS / 2 - 1], PHOTOS / 2 - 1);
+    assert_int_equal(candidate->selections[VW_HALF_B].image_ids[KEPT - PHOTOS / 2], PHOTOS / 2);
 }

@@ -97,7 +97,7 @@ static struct vw_gain estimate(const struct results *results, uint32_t list, dou
     if (variance != 0) { // also of NaN
         double degrees =
             variance * variance / (of_views * of_views / (results->views - 1.0) + of_seeds * of_seeds / seed_degrees);
-        half = vw_student_quantile_95(floor(degrees * (1 + 1e-9))) * sqrt(variance);
+        half = vw_student_quantile_99(floor(degrees * (1 + 1e-9))) * sqrt(variance);
     }
     return (struct vw_gain){spread.mean, sqrt(variance), spread.mean - half, spread.mean + half};
 }

@@ -10,7 +10,7 @@
 // The gain of a list over all photos: the mean over validation photos and seeds of the paired differences of PSNR.
 struct vw_gain {
     double gain_db, standard_error;
-    double ci_low, ci_high; // 90 % interval, so that the gain exceeds ci_low in 95 of 100 cases
+    double ci_low, ci_high; // 98 % interval: a gain exceeds ci_low in 99 of 100 cases, because many lists are tried
 };
 
 // Computes the gain of every list over the first one, all photos, from psnr_db[(list * seeds + seed) * views + view].
