@@ -11,7 +11,7 @@ const struct vw_priced_command vw_priced_commands[VW_PRICED_COMMANDS] = {
     [VALUE] = {"value", "value", 1},
     [LASTING] = {"lasting", "lasting", 7}, // the backward pass repeats the run; the others are the gate's
     [COMPARE] = {"compare", "compare --list A --list B", 6},
-    [SELECT] = {"select", "select", 50}, // two seeds of all photos, and of 12 lists by either half of those that judge
+    [SELECT] = {"select", "select", 34}, // two seeds of 5 lists without scores, and of 6 by the scores of either half
     [WORTH] = {"worth", "worth --retrainings 64", 64},
 };
 
