@@ -102,9 +102,9 @@ function toldPhotos(one, word) {
 
 function tellingPhoto(one, row) {
   const name = one.images.name[row.image];
-  const reason = one.advice.told.reason[row.image];
+  const reason = one.advice.told.reason[row.image], picture = thumbnailOf(one, row.image);
   const button = element('button', {type: 'button', class: 'telling', title: name, 'aria-label': name + ': ' + reason},
-    thumbnailOf(one, row.image) || element('span', {class: 'bare'}, name), element('span', {}, reason));
+    picture, element('span', {class: picture ? 'name' : 'bare'}, name), element('span', {}, reason));
   button.addEventListener('click', () => choosePhoto(one, row.image));
   return button;
 }
