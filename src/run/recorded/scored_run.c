@@ -15,6 +15,7 @@
 enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
     struct vw_recorded_run *recorded = &run->recorded;
     json_error_t error;
+    *run = (struct vw_scored_run){0};
     enum vw_status status = vw_recorded_open_unverified(out, recorded);
     if (!status) status = vw_recorded_check_scores(recorded);
     if (!status) status = vw_recorded_warn_unverified(recorded, false);
