@@ -67,7 +67,7 @@ static enum vw_status prepare(struct work *work) {
             VW_ERROR_INPUT,
             "the run has %u validation photo%s, but a verified selection needs at least 2: one half selects, the "
             "other judges; value the scene with more photos in --val, or select with --quick",
-            result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
+            result->half_sizes[VW_HALF_A], vw_plural(result->half_sizes[VW_HALF_A]));
     work->config = vw_config_of_retrainings(&run->recorded, &work->input);
     status = score(work);
     if (!status && !work->params->only_plan && !work->input.lasting.view_count)
