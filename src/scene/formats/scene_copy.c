@@ -178,8 +178,10 @@ static bool is_empty(const char *path) {
     return empty;
 }
 
-enum vw_status vw_scene_copy_check(const char *folder) {
+enum vw_status vw_scene_copy_check(const char *folder, const struct vw_scene *scene) {
     struct stat info;
+    if (!scene->source)
+        return vw_fail(VW_ERROR_USAGE, "--copy %s: a recipe has no photo files; copy needs a scene of photos", folder);
     if (lstat(folder, &info) != 0) return VW_OK; // writing reports any other problem with the path
     if (S_ISDIR(info.st_mode) && is_empty(folder)) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--copy %s: exists; name a new or an empty folder", folder);
@@ -205,10 +207,7 @@ static enum vw_status write_beside(struct copy *copy, char *beside) {
 enum vw_status vw_scene_copy(const struct vw_photo_list *list, const struct vw_scene *scene,
                              const struct vw_interrupt *interrupt) {
     struct copy copy = {.list = list, .scene = scene, .interrupt = interrupt};
-    enum vw_status status = vw_scene_copy_check(list->to);
-    if (!status && !scene->source)
-        status =
-            vw_fail(VW_ERROR_USAGE, "--copy %s: a recipe has no photo files; copy needs a scene of photos", list->to);
+    enum vw_status status = vw_scene_copy_check(list->to, scene);
     if (status) return status;
     size_t length = strlen(list->to);
     while (length > 1 && list->to[length - 1] == '/') length--;
