@@ -66,8 +66,8 @@ static const struct vw_command commands[] = {
      vw_command_train},
     {VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",
      "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order; other columns are ignored. A row names "
-     "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step; steps "
-     "between two validations leave both empty and share the change. Step 0 is the untrained state. "
+     "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step; a row "
+     "between two validations leaves both empty, and its step shares the change. Step 0 is the untrained state. "
      "scripts/hooks/ of the source tree writes it from gsplat's trainer and from nerfstudio. Writes ledger.db and "
      "scores.csv to the --out folder.",
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
@@ -82,13 +82,14 @@ static const struct vw_command commands[] = {
      "lasting credit by validation photo. Uses the run's device unless --device is given. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_lasting},
     {USE, "select", "OUT", "Write a list of the photos worth training on",
-     "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "
-     "select it, and keeps all photos unless a list is better beyond noise. Lists by lasting credit are among them "
-     "after viewworth lasting OUT --lasting-matrix. Writes retrainings.db to OUT. Uses the "
-     "run's device unless --device is given.\n"
-     "Without --verify and without a rule, drops only photos whose score is a robust outlier (--without-outliers). "
-     "--positive, --significant, --not-harmful, --top and --drop are other rules. A rule needs neither a GPU nor the "
-     "images.\n"
+     "Trains on the lists of several rules, judges each on validation photos that did not select it, and keeps all "
+     "photos unless a list is better beyond noise. Lists by lasting credit are among them after viewworth lasting OUT "
+     "--lasting-matrix. Writes retrainings.db to OUT. Uses the run's device unless --device is given.\n"
+     "--quick and the rules (--without-outliers, --positive, --significant, --not-harmful, --top, --drop) train nothing "
+     "and need no GPU; --verify with a rule tests its list, too. --quick drops only photos whose score is a robust "
+     "outlier.\n"
+     "--copy makes a folder with the selected photos and their cameras for other trainers, beside the list or instead "
+     "of it.\n"
      "The list has the scene's own format: a NeRF-W TSV, transforms.json, a COLMAP image list, or one name per line. "
      "For transforms.json, a PATH that ends in .json becomes one file with nerfstudio's train_filenames, "
      "val_filenames and test_filenames; any other PATH becomes a folder with transforms_{train,val,test}.json. "

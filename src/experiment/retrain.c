@@ -251,7 +251,7 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
     if (status) return status;
     vw_text_duration(
         left * estimate.seconds_per_step * (double)estimate.steps / retrainer->params.session->device_count, about);
-    vw_log_info("%u training%s, about %s; Ctrl-C keeps what is done", left, left == 1 ? "" : "s", about);
+    vw_log_info("%u training%s, about %s; Ctrl-C keeps what is done", left, vw_plural(left), about);
     return VW_OK;
 }
 

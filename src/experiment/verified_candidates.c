@@ -214,8 +214,10 @@ enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const stru
     for (size_t r = 0; !status && r < VW_ARRAY_COUNT(rules); r++) {
         const struct vw_selection_params params = {
             .method = rules[r].method, .rule = rules[r].rule, .amount = rules[r].percent, .percent = true};
+        bool same_name = asked && strcmp(rules[r].name, asked_name) == 0;
+        if (same_name && rules[r].rule == VW_SELECT_OUTLIERS) continue; // which leaves out no lone view
         if (has_method(scorings, rules[r].method))
-            status = add_rule(scorings, rules[r].name, &params, true, candidates);
+            status = add_rule(scorings, same_name ? "asked-and-lone" : rules[r].name, &params, true, candidates);
     }
     for (size_t c = 1; !status && c < VW_ARRAY_COUNT(controls); c++) status = add_control(scorings, c, candidates);
     return status;

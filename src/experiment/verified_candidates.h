@@ -33,10 +33,10 @@ struct vw_candidates {
 };
 
 // Makes the candidates, that of `asked` (NULL: none) the first after all photos. No other rule leaves out a lone view
-// (viewworth/selection.h). Rules by a score that one of the scorings lacks are left out. Rules whose lists are all
-// equal become one; a rule that keeps fewer than two photos by any of the scorings is left out, with a line of the log.
-// Free them also after a failure. VW_ERROR_INPUT where there are no scores, VW_ERROR_USAGE where a scoring lacks those
-// of `asked`, VW_ERROR_MEMORY.
+// (viewworth/selection.h); so if one of them is the asked rule, too, it is named "asked-and-lone". Rules by a score
+// that one of the scorings lacks are left out. Rules whose lists are all equal become one; a rule that keeps fewer than
+// two photos by any of the scorings is left out, with a line of the log. Free them also after a failure. VW_ERROR_INPUT
+// where there are no scores, VW_ERROR_USAGE where a scoring lacks those of `asked`, VW_ERROR_MEMORY.
 enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
                                   const char *asked_name, struct vw_candidates *candidates);
 void vw_candidates_free(struct vw_candidates *candidates);

@@ -67,10 +67,10 @@ static enum vw_status prepare(struct work *work) {
             VW_ERROR_INPUT,
             "the run has %u validation photo%s, but a verified selection needs at least 2: one half selects, the "
             "other judges; value the scene with more photos in --val, or select with --quick",
-            result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
+            result->half_sizes[VW_HALF_A], vw_plural(result->half_sizes[VW_HALF_A]));
     work->config = vw_config_of_retrainings(&run->recorded, &work->input);
     status = score(work);
-    if (!status && !work->params->only_plan && !work->input.lasting.view_count)
+    if (!status && !work->input.lasting.view_count)
         vw_log_info("list     none by lasting credit, which needs it by validation photo: viewworth lasting %s "
                     "--lasting-matrix",
                     run->recorded.out);
@@ -192,7 +192,7 @@ static enum vw_status make(struct work *work) {
     sort_lists(&work->result->candidates);
     work->result->first_seed = vw_first_seed_after(work->config.seed);
     status = list_trainings(work);
-    if (status || work->params->only_plan) return status;
+    if (status) return status;
     status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
     if (!status) status = vw_ledger_open_to_append(work->params->run->recorded.ledger_path, &work->ledger);
     if (!status)

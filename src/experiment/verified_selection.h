@@ -21,7 +21,6 @@ struct vw_verified_selection_params {
     const char *asked_name;
     struct vw_device_choice devices; // the first NULL: the run's
     uint32_t seeds;                  // trainings of every list, at least 2, with other seeds than the run's
-    bool only_plan;                  // train nothing: only candidates and training_count
     uint32_t together;               // trainings that take their steps together on each device; 0: by it
     struct vw_interrupt interrupt;
 };

@@ -232,7 +232,7 @@ function qualitiesOf({scores: {quality}}) {
   return values;
 }
 
-const TIERS = [['keep', 'Helps'], ['unclear', 'Cannot be told apart'], ['look', 'Look at'], ['drop', 'Can be left out'],
+const TIERS = [['keep', 'Keep'], ['unclear', 'Cannot tell'], ['look', 'Look at'], ['drop', 'Leave out'],
   [null, 'Not trained on']]; // by the word of advice.csv
 function tierOf({image}) { return run().advice.told.advice[image]; }
 function tierName(row) { return TIERS.find(([word]) => word === tierOf(row))[1]; }

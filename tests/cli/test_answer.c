@@ -12,6 +12,11 @@ static const char table[] = "name,advice,reason,score,ci_low,ci_high,unit,method
                             "images/d.jpg,look,exposure,-3,-4,-2,dB,dv_psnr\n"
                             "images/e.jpg,keep,lone view,-1,-4,2,dB,dv_psnr\n"
                             "images/f.jpg,unclear,duplicate,,,,,\n"
+                            "images/n.jpg,drop,too dark,,,,,\n"
+                            "images/m.jpg,drop,too dark,0.3,0,1,dB,dv_psnr\n"
+                            "images/l.jpg,drop,too dark,,,,,\n"
+                            "images/k.jpg,drop,too dark,0.2,0,1,dB,dv_psnr\n"
+                            "images/j.jpg,drop,too dark,0.3,0,1,dB,dv_psnr\n"
                             "images/g.jpg,keep,helps,0.5,0,1,dB,dv_psnr\n"
                             "images/h.jpg,keep,helps,0.7,0,1,dB,dv_psnr\n"
                             "images/i.jpg,keep,helps,0.6,0,1,dB,dv_psnr\n";
@@ -31,6 +36,7 @@ TEST(photos_stand_by_advice_and_reason) {
                        "photo; their mean colour has 12.6 dB, the nearest train photo 16.7\n"
                        "keep            6: c.jpg, a.jpg, h.jpg, i.jpg, g.jpg (helps); e.jpg (lone view)\n"
                        "look at         1: d.jpg (exposure)\n"
+                       "leave out       5: k.jpg, j.jpg, m.jpg, l.jpg, n.jpg (too dark)\n"
                        "cannot tell     2: 1 duplicate; 1 within noise\n"
                        "next            open %s/report.html in a browser\n",
                        folder);
@@ -38,8 +44,8 @@ TEST(photos_stand_by_advice_and_reason) {
     json_t *json = vw_answer_advice_to_json(folder);
     const json_t *counts = json_object_get(json, "counts"), *photos = json_object_get(json, "photos");
     assert_int_equal(json_integer_value(json_object_get(counts, "keep")), 6);
-    assert_int_equal(json_integer_value(json_object_get(counts, "drop")), 0);
-    assert_int_equal(json_array_size(photos), 9);
+    assert_int_equal(json_integer_value(json_object_get(counts, "drop")), 5);
+    assert_int_equal(json_array_size(photos), 14);
     assert_string_equal(json_string_value(json_object_get(json_array_get(photos, 3), "name")), "images/d.jpg");
     assert_string_equal(json_string_value(json_object_get(json_array_get(photos, 3), "advice")), "look");
     json_decref(json);
@@ -54,4 +60,16 @@ TEST(a_coarse_reconstruction_asks_for_a_finer_one) {
     assert_non_null(strstr(text, "too coarse to rank photos by"));
     assert_non_null(
         strstr(text, "\nnext            this command with --accuracy reference and another --out   (about 10 min)\n"));
+}
+
+// One validation photo cannot verify a selection; two can, at the price that info tells.
+TEST(a_usable_reconstruction_asks_for_a_selection) {
+    AUTO_FOLDER char *folder = temporary_folder_create();
+    temporary_file(folder, "advice.csv", table);
+    struct vw_answer answer = {.out = folder, .reconstruction = usable, .training_s = 30, .unvalidated_share = 0.5};
+    answer.reconstruction.view_count = 2;
+    AUTO_FREE char *text = printed_on(stdout, print, &answer);
+    AUTO_FREE char *expected =
+        vw_format_text("\nnext            viewworth select %s --to LIST   (up to 34 trainings, about 8 min)\n", folder);
+    assert_non_null(strstr(text, expected));
 }

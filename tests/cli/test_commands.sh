@@ -39,6 +39,7 @@ for command in compare tradeoff; do
     check "$command --help says that it resumes" helps 'Run the same command again to resume it\.' "$command"
     check "and does not ask for --resume" test "$(grep -c 'unless --resume' "$folder/stdout")" = 0
 done
+check "select --help says that rules train nothing" helps '--quick and the rules \([^)]*\) train nothing' select
 check "help shows the options that most people need" not helps ' --rays N ' value
 check "and says where the others are" helps 'value --help-all lists all options \([0-9]+ more\)' value
 check "help fits a terminal of 80 columns" test "$("$program" value --help-all | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80

@@ -107,9 +107,27 @@ if mount -t tmpfs -o size=12k tmpfs "$folder/full" 2>/dev/null; then
 else
     echo "SKIPPED: a full disk: a small file system cannot be mounted here"
 fi
+{
+    printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.5\n'
+    for i in {1..12}; do echo "$i,$(((i - 1) / 3)),photo$((i % 3)),$((10 + i % 3)),0.$((50 - i))"; done
+} >"$folder/log.csv"
+run "$program" import-steps "$folder/log.csv" --out "$folder/imported" --quiet
+check "an imported run is refused before its scores choose" refuses 'was imported and has no scene' "$folder/imported" --method nima \
+    --copy "$folder/none"
+check "a recipe is refused before any training" eval 'refuses "a recipe has no photo files" "$folder/recipe.run" --copy "$folder/none" &&
+    test ! -e "$folder/recipe.run/retrainings.db"'
+check "so is a list whose name does not fit the scene" eval 'refuses "list.txt: the scene has the format transforms" \
+    "$folder/transforms.run" --to "$folder/best.list.txt" && test ! -e "$folder/transforms.run/retrainings.db"'
+check "and one that is there, before the copy is made" refuses 'list.txt: exists' "$folder/colmap.run" --drop 1 --to "$folder/list.txt" \
+    --copy "$folder/none"
+mkdir "$folder/new"
+check "a list that can be written leaves no folder before it is" refuses 'both: exists; name a new or an empty' \
+    "$folder/transforms.run" --drop 1 --to "$folder/new/list" --copy "$folder/both"
+check "and nothing in it" test -z "$(ls -A "$folder/new")"
 printf x >>"$colmap/images/4.png"
 check "a photo that has changed is refused" refuses 'images/4\.png: not the file that was valued' "$folder/colmap.run" --drop 1 \
-    --copy "$folder/none"
+    --copy "$folder/none" --to "$folder/later.txt"
+check "its list is not written, so that the same command can go on" test ! -e "$folder/later.txt"
 sed -i 's,pictures/10.png,../secret.png,' "$transforms/transforms.json"
 write_photo "$folder/secret.png"
 check "a name that leaves the scene is refused" refuses 'file_path leaves the scene folder' "$folder/transforms.run" --drop 1 \

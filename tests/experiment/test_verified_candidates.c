@@ -117,8 +117,10 @@ TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {
 
 // The photo with the low credit fits as well as others do.
 TEST(a_lone_view_is_left_out_by_no_score) {
-    AUTO(vw_candidates_free) struct vw_candidates candidates;
+    struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(3);
+    const struct vw_selection_params asked = {
+        .method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 75, .percent = true};
     for (int s = 0; s < VW_SCORINGS; s++)
         for (uint32_t i = 0; i < PHOTOS; i++) {
             rows[s][PHOTOS + i] = rows[s][i];
@@ -131,6 +133,11 @@ TEST(a_lone_view_is_left_out_by_no_score) {
     assert_true(keeps(&candidates.list[1].selections[VW_HALF_A], 3));
     assert_true(keeps(&candidates.list[1].selections[VW_HALF_B], 4));
     assert_true(keeps(&candidates.list[1].selections[VW_HALF_BOTH], 3));
+    vw_candidates_free(&candidates);
+    ASSERT_OK(vw_candidates_make(&scorings, &asked, "top:75%:dv_psnr", &candidates)); // but by a rule that is asked for
+    check_names(&candidates, "all 10 = without-outliers, not-harmful, positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
+                             "asked-and-lone 9; " CONTROLS);
+    vw_candidates_free(&candidates);
 }
 
 TEST(lists_without_scores_are_the_same_by_all_scorings) {
@@ -168,5 +175,21 @@ TEST(a_rule_that_was_asked_for_is_a_candidate) {
     scorings.score_counts[VW_HALF_A] = PHOTOS;
     ASSERT_FAILS(vw_candidates_make(&scorings, &asked, "drop:3:quality", &candidates), VW_ERROR_USAGE,
                  "needs scores by each half");
+    vw_candidates_free(&candidates);
+}
+
+// A rule that is asked for leaves out lone views, which the same rule of the list spares: they have two names.
+TEST(no_two_candidates_have_one_name) {
+    struct vw_candidates candidates;
+    struct vw_scorings scorings = make_scorings(2);
+    struct vw_selection_params asked = {.method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 75, .percent = true};
+    ASSERT_OK(vw_candidates_make(&scorings, &asked, "top:75%:dv_psnr", &candidates));
+    check_names(&candidates, "all 10 = without-outliers, not-harmful; top:75%:dv_psnr 8 = asked-and-lone; "
+                             "positive 9 = top:90%:dv_psnr; top:75%:quality 8; " CONTROLS);
+    vw_candidates_free(&candidates);
+    asked = (struct vw_selection_params){.rule = VW_SELECT_OUTLIERS};
+    ASSERT_OK(vw_candidates_make(&scorings, &asked, "without-outliers", &candidates));
+    check_names(&candidates, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; top:75%:dv_psnr 8; "
+                             "top:75%:quality 8; " CONTROLS);
     vw_candidates_free(&candidates);
 }

@@ -78,7 +78,6 @@ static int set_up(void **state) {
     ASSERT_OK(vw_scored_run_open(f->out, &f->run));
     ASSERT_OK(vw_halves_split(f->run.images, f->run.image_count, RUN_SEED, f->halves, f->sizes));
     vw_scored_run_close(&f->run);
-    f->run = (struct vw_scored_run){0};
     set_halves_apart(f);
     ASSERT_OK(vw_scored_run_open(f->out, &f->run));
     const struct vw_verified_selection_params verified = {.run = &f->run, .seeds = SEEDS};

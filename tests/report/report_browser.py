@@ -104,7 +104,7 @@ def ranking_is_right(browser, folder):
     expect(len(methods) >= 2 and page.run("return document.getElementById('choose-method').value") == 'dv_psnr', methods)
     advice = dict(zip(run['images']['name'], run['advice']['told']['advice']))
     headings = page.run("return [...document.querySelectorAll('#ranking-table tr.group')].map(one => one.textContent)")
-    expect(headings == ['Helps 3', 'Cannot be told apart 13', 'Look at 2'], headings)
+    expect(headings == ['Keep 3', 'Cannot tell 13', 'Look at 2'], headings)
     for method in methods:
         page.choose('choose-method', method)
         ranked = [name for name, _ in read_scores(folder, 'run', method)]

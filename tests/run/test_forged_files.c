@@ -218,13 +218,15 @@ static void count_warnings(void *context, enum vw_log_level level, const char *l
 FOLDER_TEST(nothing_is_chosen_by_scores_that_steps_do_not_give) {
     const struct vw_config config = small_config(0, EPOCHS);
     AUTO_FREE char *out = vw_path_join(*state, "run"), *ledger_path = vw_path_join(out, "ledger.db");
-    struct vw_scored_run run = {0};
+    struct vw_scored_run run;
+    memset(&run, 0xff, sizeof run);
+    assert_true(vw_scored_run_open(*state, &run) != VW_OK); // has no ledger
+    vw_scored_run_close(&run);
     finish(out, &config);
     ASSERT_OK(vw_scored_run_open(out, &run));
     vw_scored_run_close(&run);
     sql_change(ledger_path, "UPDATE score SET value = -value WHERE method = 'dv_psnr'");
     chain_rewrite(ledger_path);
-    run = (struct vw_scored_run){0};
     ASSERT_FAILS(vw_scored_run_open(out, &run), VW_ERROR_MISMATCH, "is not what its steps give");
     vw_scored_run_close(&run);
     struct vw_recorded_run read = {0}; // whoever only prints them says so

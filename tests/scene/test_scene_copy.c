@@ -278,9 +278,9 @@ FOLDER_TEST(a_failure_leaves_nothing) {
     assert_int_equal(stat(to, &info), 0);
     assert_int_equal(info.st_mode & 0777, 0777 & ~mask);
     ASSERT_FAILS(copy(scene, "yyyyyyny", to, NULL, NULL), VW_ERROR_USAGE, "here/copy: exists; name a new");
-    ASSERT_FAILS(vw_scene_copy_check(temporary_file(*state, "file", "")), VW_ERROR_USAGE, "file: exists");
+    ASSERT_FAILS(vw_scene_copy_check(temporary_file(*state, "file", ""), scene), VW_ERROR_USAGE, "file: exists");
     assert_int_equal(symlink("nowhere", temporary_path(*state, "link")), 0);
-    ASSERT_FAILS(vw_scene_copy_check(temporary_path(*state, "link")), VW_ERROR_USAGE, "link: exists");
+    ASSERT_FAILS(vw_scene_copy_check(temporary_path(*state, "link"), scene), VW_ERROR_USAGE, "link: exists");
 }
 
 FOLDER_TEST(a_scene_without_the_photo_or_without_files_is_refused) {

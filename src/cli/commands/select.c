@@ -2,7 +2,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "base/memory.h"
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
@@ -14,7 +13,6 @@
 #include "ledger/find_image.h"
 #include "run/imported/imported_run.h"
 #include "run/recorded/scored_run.h"
-#include "scene/formats/scene_copy.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -41,7 +39,7 @@ static uint32_t seeds_of(const struct vw_options *options) {
     return vw_options_have(options, "seeds") ? options->seeds : VW_VERIFIED_SELECTION_SEEDS;
 }
 
-// Refuses, before hours of training, options that do not fit together and files that cannot be written.
+// Refuses options that do not fit together.
 static enum vw_status check_verify(const struct selection_job *job) {
     const struct vw_options *options = job->options;
     if (!job->verify)
@@ -51,8 +49,6 @@ static enum vw_status check_verify(const struct selection_job *job) {
     if (options->quick) return vw_fail(VW_ERROR_USAGE, "select: --quick verifies nothing; leave it out, or --verify");
     if (seeds_of(options) < 2)
         return vw_fail(VW_ERROR_USAGE, "select: a verified selection needs two --seeds or more, for an interval");
-    if (options->to && vw_file_exists(options->to) && !vw_folder_exists(options->to))
-        return vw_fail(VW_ERROR_USAGE, "--to %s: exists; name a new file, or remove that one", options->to);
     return VW_OK;
 }
 
@@ -67,8 +63,6 @@ static enum vw_status read_rule(struct selection_job *job) {
                        "--top K|P%% and --drop K|P%%, not several");
     if ((!options->to || !*options->to) && !options->copy)
         return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write, or a folder by --copy");
-    enum vw_status status = options->copy ? vw_scene_copy_check(options->copy) : VW_OK;
-    if (status) return status;
     job->has_rule = count || options->method;
     job->verify = options->verify || !(job->has_rule || options->quick);
     *params = (struct vw_selection_params){.method = options->method,
@@ -78,7 +72,7 @@ static enum vw_status read_rule(struct selection_job *job) {
                                                    : options->top         ? VW_SELECT_TOP
                                                    : options->drop        ? VW_SELECT_DROP
                                                                           : VW_SELECT_OUTLIERS};
-    status = check_verify(job);
+    enum vw_status status = check_verify(job);
     if (!status && options->top) status = read_amount("top", options->top, params);
     return !status && options->drop ? read_amount("drop", options->drop, params) : status;
 }
@@ -259,6 +253,14 @@ static enum vw_status verify(struct selection_job *job) {
     return VW_OK;
 }
 
+// Refuses, before hours of training, and before one of the two is written, what cannot be written.
+static enum vw_status check_outputs(struct selection_job *job) {
+    const struct vw_options *options = job->options;
+    if (!job->verify && !options->copy) return VW_OK;
+    enum vw_status status = vw_selection_list_write(&job->run, NULL, options->to, &job->list);
+    return !status && options->copy ? vw_selection_copy_check(&job->run, options->copy) : status;
+}
+
 static enum vw_status copy(const struct selection_job *job) {
     const struct vw_interrupt interrupt = vw_interrupt_watch();
     return vw_selection_copy(&job->run, &job->selection, job->options->copy, &interrupt);
@@ -282,9 +284,10 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     status = vw_scored_run_open(options->operand, &job.run);
     if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
     if (!status && vw_is_imported(&job.run.recorded.row)) job.verify = options->verify;
+    if (!status) status = check_outputs(&job);
     if (!status) status = job.verify ? verify(&job) : vw_scored_run_select(&job.run, &job.params, &job.selection);
+    if (!status && options->copy) status = copy(&job); // the list last: while it is missing, the same command goes on
     if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
-    if (!status && options->copy) status = copy(&job);
     if (!status) status = print(&job);
     if (job.verify) vw_verified_selection_free(&job.verified);
     else vw_selection_free(&job.selection);

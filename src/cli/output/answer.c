@@ -9,10 +9,11 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/output/print.h"
-#include "experiment/verified_selection.h"
+#include "experiment/prices.h"
 #include "report/told.h"
 #include "run/out_files.h"
 #include "run/plan/accuracy_levels.h"
+#include "value/halves.h"
 
 enum { ADVICE_BYTES_MOST = 64 << 20, NAMES_SHOWN = 8 };
 #define WORTH_MORE_TIME 1.5 // times as long: a finer training is named from here on
@@ -24,7 +25,7 @@ static const struct line {
     bool names; // names photos; a count says as much of the others
 } lines[] = {{VW_TOLD_KEEP, "keep", true},
              {VW_TOLD_LOOK, "look at", true},
-             {VW_TOLD_DROP, "can go", true},
+             {VW_TOLD_DROP, "leave out", true},
              {VW_TOLD_UNCLEAR, "cannot tell", false}};
 
 // ---- advice.csv ----------------------------------------------------------------------------------------------------
@@ -40,6 +41,7 @@ struct advice_table {
     struct vw_csv csv;
     struct advised *photos; // owned
     size_t count, capacity;
+    size_t folder_length; // of what all names begin with
 };
 
 static enum vw_told_advice advice_of(const char *word) {
@@ -82,13 +84,16 @@ static void free_advice(struct advice_table *table) {
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
-// Compares by advice and reason; then the highest scores of photos to keep come first, of others the lowest.
+// Compares by advice and reason; then the highest scores of photos to keep come first, of others the lowest, and photos
+// without a score last.
 static int compare(const void *left, const void *right) {
     const struct advised *a = left, *b = right;
     if (a->advice != b->advice) return a->advice < b->advice ? -1 : 1;
     int reasons = strcmp(a->reason, b->reason), scores = (a->score > b->score) - (a->score < b->score);
     if (reasons) return reasons;
-    return a->advice == VW_TOLD_KEEP ? -scores : scores;
+    if (isnan(a->score) != isnan(b->score)) return isnan(a->score) ? 1 : -1;
+    if (scores) return a->advice == VW_TOLD_KEEP ? -scores : scores;
+    return strcmp(a->name, b->name);
 }
 
 static size_t shared_folder(const struct advice_table *table) {
@@ -101,13 +106,13 @@ static size_t shared_folder(const struct advice_table *table) {
 // Prints the photos from `first` on that have its advice and reason; returns how many.
 static size_t print_group(const struct advice_table *table, size_t first, bool names) {
     const struct advised *photos = table->photos;
-    size_t end = first, folder_length = shared_folder(table);
+    size_t end = first;
     while (end < table->count && photos[end].advice == photos[first].advice &&
            strcmp(photos[end].reason, photos[first].reason) == 0)
         end++;
     if (!names) vw_print("%zu %s", end - first, photos[first].reason);
     for (size_t i = first; names && i < end && i < first + NAMES_SHOWN; i++)
-        vw_print("%s%s", i > first ? ", " : "", photos[i].name + folder_length);
+        vw_print("%s%s", i > first ? ", " : "", photos[i].name + table->folder_length);
     if (names && end - first > NAMES_SHOWN) vw_print(" and %zu more", end - first - NAMES_SHOWN);
     if (names) vw_print(" (%s)", photos[first].reason);
     return end - first;
@@ -136,34 +141,28 @@ static void print_reconstruction(const struct vw_reconstruction *seen) {
              vw_plural(seen->view_count), seen->mean_colour_db, seen->nearest_photo_db);
 }
 
-// Counts the trainings of a verified selection; 0: none is possible, or no list differs from all photos.
-static uint32_t count_trainings(const char *out) {
-    struct vw_scored_run run = {0};
-    struct vw_verified_selection verified = {0};
-    const struct vw_verified_selection_params params = {
-        .run = &run, .seeds = VW_VERIFIED_SELECTION_SEEDS, .only_plan = true};
-    enum vw_status status = vw_scored_run_open(out, &run);
-    if (!status) status = vw_verified_selection_make(&params, &verified);
-    uint32_t count = status ? 0 : verified.training_count;
-    vw_verified_selection_free(&verified);
-    vw_scored_run_close(&run);
-    return count;
+// Returns the trainings of a verified selection, at most; 0: it is not possible.
+static uint32_t count_trainings(const struct vw_answer *answer) {
+    uint32_t command = 0;
+    if (answer->reconstruction.view_count < VW_HALVES) return 0;
+    while (strcmp(vw_priced_commands[command].name, "select") != 0) command++;
+    return vw_priced_commands[command].trainings;
 }
 
 static void print_cost(uint32_t trainings, double seconds) {
     char time[VW_DURATION_BYTES];
     vw_text_duration(seconds, time);
     vw_print("   (");
-    if (trainings) vw_print("%u trainings%s", trainings, isfinite(seconds) ? ", " : "");
+    if (trainings) vw_print("up to %u trainings%s", trainings, isfinite(seconds) ? ", " : "");
     if (isfinite(seconds)) vw_print("about %s", time);
     vw_print(")\n");
 }
 
 // Prints the command that helps most now, with its cost.
-static void print_next(const struct vw_answer *answer) {
+static void print_next(const struct vw_answer *answer, bool scored) {
     bool coarse = vw_verdict_judge(&answer->reconstruction) == VW_VERDICT_TOO_COARSE;
     bool finer = coarse && answer->times_at_most > WORTH_MORE_TIME && isfinite(answer->training_s);
-    uint32_t trainings = coarse ? 0 : count_trainings(answer->out);
+    uint32_t trainings = coarse || !scored ? 0 : count_trainings(answer);
     if (finer) {
         vw_print("next            this command with --accuracy reference and another --out");
         print_cost(0, answer->times_at_most * answer->training_s);
@@ -194,9 +193,10 @@ enum vw_status vw_answer_print(const struct vw_answer *answer) {
     enum vw_status status = read_advice(answer->out, &table);
     if (!status && vw_verdict_judge(&answer->reconstruction) != VW_VERDICT_UNKNOWN)
         print_reconstruction(&answer->reconstruction);
+    table.folder_length = shared_folder(&table);
     if (table.count) qsort(table.photos, table.count, sizeof *table.photos, compare);
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(lines); i++) print_line(&table, &lines[i]);
-    if (!status) print_next(answer);
+    if (!status) print_next(answer, table.count > 0);
     free_advice(&table);
     return status;
 }

@@ -15,6 +15,7 @@
 enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
     struct vw_recorded_run *recorded = &run->recorded;
     json_error_t error;
+    *run = (struct vw_scored_run){0};
     enum vw_status status = vw_recorded_open_unverified(out, recorded);
     if (!status) status = vw_recorded_check_scores(recorded);
     if (!status) status = vw_recorded_warn_unverified(recorded, false);
@@ -69,7 +70,7 @@ static struct vw_listed_photo *list_photos(const struct vw_scored_run *run, cons
     for (uint32_t i = 0; photos && i < run->image_count; i++)
         photos[i] =
             (struct vw_listed_photo){run->images[i].name, split_of(run->images[i].split), false, run->images[i].sha256};
-    for (uint32_t i = 0; photos && i < selection->count; i++) {
+    for (uint32_t i = 0; photos && selection && i < selection->count; i++) {
         const struct vw_ledger_image *image =
             vw_ledger_find_image(run->images, run->image_count, selection->image_ids[i]);
         photos[image - run->images].chosen = true;
@@ -89,6 +90,7 @@ enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const st
         .photos = photos,
         .photo_count = run->image_count,
         .to = to,
+        .check_only = !selection,
     };
     enum vw_status status = to ? vw_photo_list_write(&written, &list->format, &list->opens) : VW_OK;
     free(photos);
@@ -112,6 +114,14 @@ static enum vw_status open_scene(const struct vw_scored_run *run, const char *to
     params.headers_only = true;
     status = vw_scene_open(&params, scene);
     json_decref(texts);
+    return status;
+}
+
+enum vw_status vw_selection_copy_check(const struct vw_scored_run *run, const char *to) {
+    struct vw_scene *scene = NULL;
+    enum vw_status status = open_scene(run, to, &scene);
+    if (!status) status = vw_scene_copy_check(to, scene);
+    vw_scene_close(&scene);
     return status;
 }
 

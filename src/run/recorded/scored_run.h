@@ -35,10 +35,13 @@ struct vw_selection_list {
 };
 
 // Writes a selection of the run's images to the path `to`, in the format of the scene, as vw_photo_list_write() does;
-// NULL: only counts.
+// NULL: only counts. Without a selection it only checks whether one can be written there.
 enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const struct vw_selection *selection,
                                        const char *to, struct vw_selection_list *list);
 
+// Refuses what vw_selection_copy() would refuse of any selection: a run or a scene without photo files, and a folder
+// with files.
+enum vw_status vw_selection_copy_check(const struct vw_scored_run *run, const char *to);
 // Copies the selected photos, and those that validate and test, to the folder `to`, as vw_scene_copy() does.
 enum vw_status vw_selection_copy(const struct vw_scored_run *run, const struct vw_selection *selection, const char *to,
                                  const struct vw_interrupt *interrupt);

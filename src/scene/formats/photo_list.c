@@ -120,7 +120,8 @@ static enum vw_status write_lines(const struct vw_photo_list *list, size_t prefi
                 "rename it",
                 i, list->photos[i].name);
     enum vw_status status = vw_photo_list_check_new(list->to);
-    return status ? status : vw_csv_write_file(list->to, print_lines, &(struct lines){list, prefix_bytes});
+    return status || list->check_only ? status
+                                      : vw_csv_write_file(list->to, print_lines, &(struct lines){list, prefix_bytes});
 }
 
 enum vw_status vw_names_write_list(const struct vw_photo_list *list, bool *opens) {

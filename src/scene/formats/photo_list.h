@@ -21,7 +21,8 @@ struct vw_photo_list {
     const char *scene_format;             // as in vw_scene_params, too
     const struct vw_listed_photo *photos; // all views of the scene, in its order
     uint32_t photo_count;
-    const char *to; // file or folder to write; must not exist, except for a folder without files of these names
+    const char *to;  // file or folder to write; must not exist, except for a folder without files of these names
+    bool check_only; // refuse what would be refused, but write nothing
 };
 
 // Writes `to` completely or not at all. `*format` is static: "phototourism", "transforms", "colmap" or "text".

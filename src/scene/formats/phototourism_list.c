@@ -137,7 +137,7 @@ enum vw_status vw_phototourism_write_list(const struct vw_photo_list *list, bool
     char *folder = vw_photo_list_scene_folder(list);
     enum vw_status status = folder ? check_target(list, folder) : VW_ERROR_MEMORY;
     if (!status) status = read_scene(folder, &made);
-    if (!status) status = vw_csv_write_file(list->to, print_tsv, &made);
+    if (!status && !list->check_only) status = vw_csv_write_file(list->to, print_tsv, &made);
     vw_tsv_clear(&made.tsv);
     vw_colmap_clear(&made.model);
     free(made.photos);

@@ -12,6 +12,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "scene/formats/points_ply.h"
 #include "scene/photo_source.h"
 
@@ -45,11 +46,10 @@ static const char *path_in_scene(const struct vw_scene *scene, uint32_t view) {
 
 // Finds the folders that all photos share, up to images/ where that is one of them: what follows are names in a model.
 static size_t find_shared(const struct vw_scene *scene) {
-    const char *first = path_in_scene(scene, 0), *slash = strrchr(first, '/');
-    size_t length = slash ? (size_t)(slash - first) + 1 : 0;
-    for (uint32_t v = 1; v < scene->view_count; v++)
-        while (length && strncmp(first, path_in_scene(scene, v), length) != 0)
-            for (length--; length && first[length - 1] != '/';) length--;
+    const char *first = path_in_scene(scene, 0);
+    size_t length = strlen(first);
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        length = vw_text_shared_folder(first, length, path_in_scene(scene, v));
     for (const char *images = first; (images = strstr(images, "images/")) && images < first + length; images++)
         if (images == first || images[-1] == '/') return (size_t)(images - first) + strlen("images/");
     return length;
@@ -178,8 +178,10 @@ static bool is_empty(const char *path) {
     return empty;
 }
 
-enum vw_status vw_scene_copy_check(const char *folder) {
+enum vw_status vw_scene_copy_check(const char *folder, const struct vw_scene *scene) {
     struct stat info;
+    if (!scene->source)
+        return vw_fail(VW_ERROR_USAGE, "--copy %s: a recipe has no photo files; copy needs a scene of photos", folder);
     if (lstat(folder, &info) != 0) return VW_OK; // writing reports any other problem with the path
     if (S_ISDIR(info.st_mode) && is_empty(folder)) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--copy %s: exists; name a new or an empty folder", folder);
@@ -205,10 +207,7 @@ static enum vw_status write_beside(struct copy *copy, char *beside) {
 enum vw_status vw_scene_copy(const struct vw_photo_list *list, const struct vw_scene *scene,
                              const struct vw_interrupt *interrupt) {
     struct copy copy = {.list = list, .scene = scene, .interrupt = interrupt};
-    enum vw_status status = vw_scene_copy_check(list->to);
-    if (!status && !scene->source)
-        status =
-            vw_fail(VW_ERROR_USAGE, "--copy %s: a recipe has no photo files; copy needs a scene of photos", list->to);
+    enum vw_status status = vw_scene_copy_check(list->to, scene);
     if (status) return status;
     size_t length = strlen(list->to);
     while (length > 1 && list->to[length - 1] == '/') length--;

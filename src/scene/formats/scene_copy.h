@@ -6,8 +6,9 @@
 #include "scene/formats/photo_list.h"
 #include "viewworth/scene.h"
 
-// Returns VW_ERROR_USAGE unless `folder` is free for a copy: it does not exist, or is an empty folder.
-enum vw_status vw_scene_copy_check(const char *folder);
+// Returns VW_ERROR_USAGE unless the scene has photo files and `folder` is free for a copy: it does not exist, or is an
+// empty folder.
+enum vw_status vw_scene_copy_check(const char *folder, const struct vw_scene *scene);
 // Makes the folder list->to, whole or not at all: the photos that the list keeps, byte for byte, with their masks,
 // cameras, the points that two of them see, and where they see these. `scene` was opened with headers_only and without
 // downscale, from files. A photo is in images/ under its name in the scene without the folders that all photos share. A

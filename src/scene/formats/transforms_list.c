@@ -145,7 +145,7 @@ static enum vw_status take_file(struct writer *writer, const char *path) {
 static enum vw_status check_seen(const struct writer *writer) {
     for (uint32_t i = 0; i < writer->list->photo_count; i++)
         if (!writer->seen[i]) return vw_photo_list_refuse_missing(writer->list, &writer->list->photos[i]);
-    if (writer->unknown_count)
+    if (writer->unknown_count && !writer->list->check_only)
         vw_log_warning("left out %u frame%s of %s whose photo was not valued (first: %s)", writer->unknown_count,
                        vw_plural(writer->unknown_count), writer->list->scene_path, writer->first_unknown);
     return VW_OK;
@@ -254,8 +254,9 @@ enum vw_status vw_transforms_write_list(const struct vw_photo_list *list, bool *
     if (!status && !writer.single) status = make_folder(list->to);
     if (!status) status = name_targets(&writer);
     if (!status) status = take_scene(&writer);
-    if (!status) status = write_targets(&writer);
-    if (status && !writer.single && !existed) rmdir(list->to); // fails if the folder has other files, which is fine
+    if (!status && !list->check_only) status = write_targets(&writer);
+    if ((status || list->check_only) && !writer.single && !existed)
+        rmdir(list->to); // fails if the folder has other files, which is fine
     if (!status) *opens = strncmp(writer.way, "../", 3) != 0;
     close_writer(&writer);
     return status;
