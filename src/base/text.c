@@ -1,5 +1,6 @@
 #include "base/text.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
@@ -127,4 +128,12 @@ void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]) {
     if (seconds < 99.5) snprintf(text, VW_DURATION_BYTES, "%.*f s", seconds >= 0.05 && seconds < 9.95, seconds);
     else if (seconds < 99.5 * 60) snprintf(text, VW_DURATION_BYTES, "%.0f min", seconds / 60);
     else snprintf(text, VW_DURATION_BYTES, "%.*f h", seconds < 9.95 * 3600, seconds / 3600);
+}
+
+void vw_text_about(double seconds, char text[VW_ABOUT_BYTES]) {
+    char time[VW_DURATION_BYTES];
+    *text = 0;
+    if (isnan(seconds)) return;
+    vw_text_duration(seconds, time);
+    snprintf(text, VW_ABOUT_BYTES, ", about %s", time);
 }

@@ -17,6 +17,9 @@ void vw_text_make_lines(char *text);
 // Writes a duration for people: "45 s", "3 min", "2.5 h".
 enum { VW_DURATION_BYTES = 32 };
 void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]);
+// Writes ", about 3 min"; nothing for NaN, which is unknown.
+enum { VW_ABOUT_BYTES = VW_DURATION_BYTES + 8 };
+void vw_text_about(double seconds, char text[VW_ABOUT_BYTES]);
 
 // Counts the letters to insert, remove, replace or exchange with a neighbour until one word is the other. At least 1 if
 // they differ; words of 64 bytes or more count as far apart (UINT32_MAX).

@@ -1,5 +1,5 @@
-// The options of published methods, for --preset. src/train/README.md says which facts each follows, and where it
-// departs.
+// The options of published methods, for --preset. lab/results/published_methods.md says which facts each follows, and
+// where it departs.
 #include "cli/options.h"
 
 static const struct {

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "run/lasting/lasting.h"
+#include "run/lasting/lasting_summary.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/estimate.h"
 
@@ -15,27 +16,23 @@ const struct vw_priced_command vw_priced_commands[VW_PRICED_COMMANDS] = {
     [WORTH] = {"worth", "worth --retrainings 64", 64},
 };
 
-// Measures a step, with or without scoring; retrainings are without. NaN: the training has too few.
-static enum vw_status measure_step(const struct vw_trainer_params *params, struct vw_estimate *estimate) {
-    *estimate = (struct vw_estimate){0};
-    enum vw_status status = vw_estimate_take_steps(params, estimate);
-    if (!estimate->measured_steps) estimate->seconds_per_step = NAN;
-    return status;
-}
-
+// Measures steps with scoring, and without, as those of retrainings are.
 static enum vw_status price_level(struct vw_trainer_params params, struct vw_level_prices *prices) {
-    struct vw_estimate scored, plain;
-    enum vw_status status = measure_step(&params, &scored);
+    struct vw_estimate scored = {.seconds_per_step = NAN}, plain = scored;
+    enum vw_status status = vw_estimate_take_steps(&params, &scored);
     params.validate = false;
-    if (!status) status = measure_step(&params, &plain);
-    if (status) return status;
+    if (!status) status = vw_estimate_take_steps(&params, &plain);
+    if (status == VW_ERROR_MEMORY) return status;
+    if (status) scored = plain = (struct vw_estimate){.seconds_per_step = NAN};
     double run_s = scored.seconds_per_step * (double)scored.steps,
            training_s = plain.seconds_per_step * (double)plain.steps;
     prices->steps = scored.steps;
     for (uint32_t c = 0; c < VW_PRICED_COMMANDS; c++) prices->seconds[c] = vw_priced_commands[c].trainings * training_s;
     prices->seconds[VALUE] = run_s;
     prices->seconds[LASTING] =
-        params.config->field == VW_FIELD_SPLATS ? NAN : vw_lasting_seconds(params.config, true, run_s, training_s);
+        params.config->field == VW_FIELD_SPLATS
+            ? NAN
+            : vw_lasting_seconds(params.config, vw_lasting_has_gate(params.config), run_s, training_s);
     return VW_OK;
 }
 

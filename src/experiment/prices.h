@@ -21,7 +21,7 @@ extern const struct vw_priced_command vw_priced_commands[VW_PRICED_COMMANDS];
 struct vw_level_prices {
     const char *level;
     uint64_t steps;                     // steps of one training
-    double seconds[VW_PRICED_COMMANDS]; // NaN: too few steps to measure
+    double seconds[VW_PRICED_COMMANDS]; // NaN: too few steps to measure, or the level does not fit
 };
 
 // Measures steps of the scene at every level, with the other options of the config, for a second or two each.

@@ -237,7 +237,7 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
     struct vw_retrain_result recorded;
     struct vw_config config;
     uint32_t left = 0;
-    char id[VW_HASH_HEX_BYTES], about[VW_DURATION_BYTES];
+    char id[VW_HASH_HEX_BYTES], about[VW_ABOUT_BYTES];
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < count; i++) {
         bool found = false;
@@ -249,9 +249,9 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
     const struct vw_trainer_params params = params_of(retrainer, retrainings, 0, &config);
     status = vw_estimate_take_steps(&params, &estimate);
     if (status) return status;
-    vw_text_duration(
-        left * estimate.seconds_per_step * (double)estimate.steps / retrainer->params.session->device_count, about);
-    vw_log_info("%u training%s, about %s; Ctrl-C keeps what is done", left, vw_plural(left), about);
+    vw_text_about(left * estimate.seconds_per_step * (double)estimate.steps / retrainer->params.session->device_count,
+                  about);
+    vw_log_info("%u training%s%s; Ctrl-C keeps what is done", left, vw_plural(left), about);
     return VW_OK;
 }
 

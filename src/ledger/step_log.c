@@ -191,9 +191,12 @@ static void share_changes(struct vw_step_log *log) {
     const struct vw_step_record *from = NULL; // the last one that was validated
     for (struct vw_step_record *to = log->records; to < log->records + log->record_count; to++) {
         if (!to->validated) continue;
+        uint64_t finite = 0, place;
+        for (const struct vw_step_record *step = to; from && step > from; step--) finite += !step->nonfinite;
+        place = finite;
         for (struct vw_step_record *between = to - 1; from && between > from; between--) {
             if (between->nonfinite) continue;
-            double share = (double)(between->step - from->step) / (double)(to->step - from->step);
+            double share = (double)--place / (double)finite;
             between->val_psnr = from->val_psnr + share * (to->val_psnr - from->val_psnr);
             between->val_l1 = from->val_l1 + share * (to->val_l1 - from->val_l1);
             between->validated = true;

@@ -17,7 +17,7 @@ runs.forEach(showShares);
 // Finds the folder that all names lie in, with its slash.
 function folderOfAll(names) {
   let end = names.length ? names[0].lastIndexOf('/') + 1 : 0;
-  for (const name of names) while (!name.startsWith(names[0].slice(0, end))) end = names[0].lastIndexOf('/', end - 2) + 1;
+  for (const name of names) while (!name.startsWith(names[0].slice(0, end))) end = end > 1 ? names[0].lastIndexOf('/', end - 2) + 1 : 0;
   return names.length ? names[0].slice(0, end) : '';
 }
 

@@ -110,6 +110,9 @@ void vw_camera_resize(uint32_t width_px, uint32_t height_px, struct vw_camera *c
 enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t height_px, struct vw_camera *camera,
                              bool *rescaled);
 
+// Computes the unit quaternion w x y z of a pose's rotation.
+void vw_pose_quaternion(const double pose[3][4], double quaternion[4]);
+
 // Sets near_world and far_world of every view from the depths (along its axis) of the points that it sees: their 0.1
 // and 99.9 percentiles, interpolated, as in NeRF-W. 0, 0 if a view sees too few points.
 enum vw_status vw_near_far_measure(struct vw_scene *scene);

@@ -1,5 +1,5 @@
-// Projection by the two lens models of scene.h, and its inverse. In this file, positions are (x, y) = (X/Z, Y/Z) in the
-// OpenCV camera frame, and distorted positions are in units of the focal lengths.
+// Projection by the two lens models of scene.h, and its inverse; rotations. In this file, positions are (x, y) = (X/Z,
+// Y/Z) in the OpenCV camera frame, and distorted positions are in units of the focal lengths.
 #include <math.h>
 
 #include "scene/builder.h"
@@ -271,4 +271,23 @@ enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t heig
     vw_camera_resize(width_px, height_px, camera);
     *rescaled = true;
     return vw_camera_check(where, "the fields of its camera", camera);
+}
+
+// ---- Rotations ----
+
+// Takes the quaternion from the greatest of its four numbers, which loses no digits (Shepperd).
+void vw_pose_quaternion(const double pose[3][4], double quaternion[4]) {
+    double squares[4] = {1 + pose[0][0] + pose[1][1] + pose[2][2]}; // four times those of the numbers
+    int greatest = 0;
+    for (int i = 0; i < 3; i++) squares[i + 1] = 2 + 2 * pose[i][i] - squares[0];
+    for (int i = 1; i < 4; i++)
+        if (squares[i] > squares[greatest]) greatest = i;
+    double products[4][4] = {{0}}; // four times the products of two numbers
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        products[0][i + 1] = products[i + 1][0] = pose[k][j] - pose[j][k];
+        products[j + 1][k + 1] = products[k + 1][j + 1] = pose[k][j] + pose[j][k];
+    }
+    for (int i = 0; i < 4; i++) products[i][i] = squares[i];
+    for (int i = 0; i < 4; i++) quaternion[i] = products[greatest][i] / (2 * sqrt(squares[greatest]));
 }

@@ -115,11 +115,15 @@ static enum vw_status median_cylinder(const struct vw_scene *scene, const double
     return status;
 }
 
-static enum vw_status make_orbit(const struct vw_scene *scene, uint32_t view, const struct vw_camera_path *path) {
-    double focus[3], up[3], first[3], second[3], radius = 0, height = 0;
+static void find_axis(const struct vw_scene *scene, uint32_t view, double focus[3], double up[3]) {
     vw_bounds_focus(scene, focus);
     mean_of(scene, UP, up);
     if (normalise(up, PARALLEL) <= PARALLEL) column_of(&scene->views[view], UP, up);
+}
+
+static enum vw_status make_orbit(const struct vw_scene *scene, uint32_t view, const struct vw_camera_path *path) {
+    double focus[3], up[3], first[3], second[3], radius = 0, height = 0;
+    find_axis(scene, view, focus, up);
     enum vw_status status = median_cylinder(scene, focus, up, &radius, &height);
     if (status) return status;
     (void)height_of(&scene->views[view], focus, up, first);
@@ -138,46 +142,59 @@ static enum vw_status make_orbit(const struct vw_scene *scene, uint32_t view, co
 
 // ---- Spiral ---------------------------------------------------------------------------------------------------------
 
-static enum vw_status spread_of(const struct vw_scene *scene, double mean_to_world[3][4], double spread[3]) {
+struct spiral {
+    double mean_to_world[3][4]; // the mean camera
+    double up[3], target[3], spread[3];
+};
+
+// Finds the mean camera and what it looks at; false where the cameras do not face one way.
+static bool find_mean(const struct vw_scene *scene, struct spiral *spiral) {
+    double focus[3], back[3], mean[3], depth = 0;
+    vw_bounds_focus(scene, focus);
+    mean_of(scene, UP, spiral->up);
+    mean_of(scene, BACK, back);
+    mean_of(scene, POSITION, mean);
+    if (!(normalise(back, PARALLEL) > PARALLEL)) return false;
+    for (int i = 0; i < 3; i++) depth += (mean[i] - focus[i]) * back[i];
+    for (int i = 0; i < 3; i++) spiral->target[i] = mean[i] - depth * back[i];
+    return depth > 0 && look_at(mean, spiral->target, spiral->up, spiral->mean_to_world);
+}
+
+static enum vw_status find_spread(const struct vw_scene *scene, struct spiral *spiral) {
+    const double(*mean)[4] = spiral->mean_to_world;
     double *offsets = vw_allocate(scene->view_count, sizeof *offsets);
     if (!offsets) return VW_ERROR_MEMORY;
     for (int axis = RIGHT; axis <= BACK; axis++) {
         for (uint32_t v = 0; v < scene->view_count; v++) {
             double along = 0;
             for (int i = 0; i < 3; i++)
-                along += mean_to_world[i][axis] *
-                         (scene->views[v].camera_to_world[i][POSITION] - mean_to_world[i][POSITION]);
+                along += mean[i][axis] * (scene->views[v].camera_to_world[i][POSITION] - mean[i][POSITION]);
             offsets[v] = fabs(along);
         }
         vw_sort(offsets, scene->view_count);
-        spread[axis] = vw_quantile_of_sorted(offsets, scene->view_count, SPIRAL_SHARE);
+        spiral->spread[axis] = vw_quantile_of_sorted(offsets, scene->view_count, SPIRAL_SHARE);
     }
     free(offsets);
     return VW_OK;
 }
 
-static enum vw_status make_spiral(const struct vw_scene *scene, const struct vw_camera_path *path) {
-    double focus[3], up[3], back[3], mean[3], ahead[3], target[3], mean_to_world[3][4], spread[3], depth = 0;
-    vw_bounds_focus(scene, focus);
-    mean_of(scene, UP, up);
-    mean_of(scene, BACK, back);
-    mean_of(scene, POSITION, mean);
-    bool told = normalise(back, PARALLEL) > PARALLEL;
-    for (int i = 0; i < 3; i++) ahead[i] = mean[i] - focus[i];
-    depth = vw_dot(ahead, back, 3);
-    for (int i = 0; i < 3; i++) target[i] = mean[i] - depth * back[i];
-    told = told && depth > 0 && look_at(mean, target, up, mean_to_world);
-    enum vw_status status = told ? spread_of(scene, mean_to_world, spread) : VW_OK;
-    for (uint32_t f = 0; f < path->count && !status && told; f++) {
-        double angle = 2 * M_PI * SPIRAL_TURNS * f / path->count, position[3];
-        const double along[3] = {cos(angle), -sin(angle), -sin(angle / SPIRAL_TURNS)};
-        for (int i = 0; i < 3; i++) {
-            position[i] = mean[i];
-            for (int axis = RIGHT; axis <= BACK; axis++)
-                position[i] += along[axis] * spread[axis] * mean_to_world[i][axis];
-        }
-        told = look_at(position, target, up, path->frames[f].camera_to_world);
+static bool place_on_spiral(const struct spiral *spiral, double angle, double camera_to_world[3][4]) {
+    const double along[3] = {cos(angle), -sin(angle), -sin(angle / SPIRAL_TURNS)};
+    double position[3];
+    for (int i = 0; i < 3; i++) {
+        position[i] = spiral->mean_to_world[i][POSITION];
+        for (int axis = RIGHT; axis <= BACK; axis++)
+            position[i] += along[axis] * spiral->spread[axis] * spiral->mean_to_world[i][axis];
     }
+    return look_at(position, spiral->target, spiral->up, camera_to_world);
+}
+
+static enum vw_status make_spiral(const struct vw_scene *scene, const struct vw_camera_path *path) {
+    struct spiral spiral;
+    bool told = find_mean(scene, &spiral);
+    enum vw_status status = told ? find_spread(scene, &spiral) : VW_OK;
+    for (uint32_t f = 0; f < path->count && !status && told; f++)
+        told = place_on_spiral(&spiral, 2 * M_PI * SPIRAL_TURNS * f / path->count, path->frames[f].camera_to_world);
     if (status || told) return status;
     return vw_fail(VW_ERROR_USAGE, "--path spiral: the cameras do not face one way; use --path orbit");
 }
@@ -188,36 +205,18 @@ static int by_name(const void *one, const void *other) {
     return strverscmp((*(const struct vw_view *const *)one)->name, (*(const struct vw_view *const *)other)->name);
 }
 
-// Computes the unit quaternion of a rotation by Shepperd's method, from the largest of its four numbers, for precision.
-static void quaternion_of(const struct vw_view *view, double q[4]) {
-    const double(*m)[4] = view->camera_to_world;
-    double trace = m[0][0] + m[1][1] + m[2][2];
-    int largest = 3;
-    for (int i = 0; i < 3; i++)
-        if (m[i][i] > (largest == 3 ? trace : m[largest][largest])) largest = i;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        if (largest == 3) q[i] = m[k][j] - m[j][k];
-        else q[i] = i == largest ? 1 + 2 * m[i][i] - trace : m[largest][i] + m[i][largest];
-    }
-    if (largest == 3) q[3] = 1 + trace;
-    else q[3] = m[(largest + 2) % 3][(largest + 1) % 3] - m[(largest + 1) % 3][(largest + 2) % 3];
-    double length = sqrt(vw_dot(q, q, 4));
-    for (int i = 0; i < 4; i++) q[i] /= length;
-}
-
 static void set_rotation(const double q[4], double m[3][4]) {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
-            double odd = i == j ? 0 : ((j + 3 - i) % 3 == 1 ? -q[3 - i - j] : q[3 - i - j]) * q[3];
-            m[i][j] = 2 * (q[i] * q[j] + odd) + (i == j ? 2 * q[3] * q[3] - 1 : 0);
+            double odd = i == j ? 0 : ((j + 3 - i) % 3 == 1 ? -q[4 - i - j] : q[4 - i - j]) * q[0];
+            m[i][j] = 2 * (q[i + 1] * q[j + 1] + odd) + (i == j ? 2 * q[0] * q[0] - 1 : 0);
         }
 }
 
 static void turn_between(const struct vw_view *from, const struct vw_view *to, double share, double m[3][4]) {
     double a[4], b[4], q[4];
-    quaternion_of(from, a);
-    quaternion_of(to, b);
+    vw_pose_quaternion(from->camera_to_world, a);
+    vw_pose_quaternion(to->camera_to_world, b);
     double cosine = vw_dot(a, b, 4), sign = cosine < 0 ? -1 : 1, angle = acos(fmin(fabs(cosine), 1));
     bool near = sin(angle) < PARALLEL; // where sines of the angle are nearly the angle
     for (int i = 0; i < 4; i++)

@@ -20,14 +20,13 @@ struct vw_camera vw_camera_pinhole(const struct vw_camera *camera);
 
 // Makes `count` frames by the pinhole camera of `view`. `name`:
 //   orbit    a circle about the mean up of the cameras, at their median distance from that axis and their median
-//   height,
-//            through the azimuth of `view`; it looks at the point nearest to all optical axes. Without such a point, at
-//            the centre of the box.
+//            height, through the azimuth of `view`; it looks at the point nearest to all optical axes. Without such a
+//            point, at the centre of the box.
 //   spiral   as NeRF renders scenes that face forward: two turns about the mean camera, as wide as 90 % of the cameras
 //            are from it along each of its axes; it looks at one point of the mean axis, at the depth of orbit's point.
 //   cameras  through all cameras in the order of their names, where numbers count as such: positions by Catmull-Rom,
 //            rotations along the shortest arc. The first frame is the first camera, the last one the last.
-// VW_ERROR_USAGE if the cameras do not tell such a path.
+// VW_ERROR_USAGE if no such path follows from the cameras.
 enum vw_status vw_camera_path_make(const struct vw_scene *scene, const char *name, uint32_t view, uint32_t count,
                                    struct vw_camera_path *path);
 bool vw_camera_path_is(const char *name); // one of these

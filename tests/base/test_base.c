@@ -292,4 +292,9 @@ TEST(durations_are_for_people) {
         vw_text_duration(cases[i].seconds, text);
         assert_string_equal(text, cases[i].text);
     }
+    char about[VW_ABOUT_BYTES];
+    vw_text_about(45, about);
+    assert_string_equal(about, ", about 45 s");
+    vw_text_about(NAN, about);
+    assert_string_equal(about, "");
 }

@@ -31,15 +31,22 @@ check "it has the same bits" diff -r "$folder/orbit" "$out/frames"
 check "a shorter path leaves no frames of a longer one" eval 'render --path cameras --frames 2 && [[ $(frames "$out/frames") == 2 ]]'
 check "nine frames through nine cameras" render --path cameras --frames 9 --to "$folder/through"
 check "one of them is that view" eval 'sha256sum <"$folder/alone.png" | grep -qf - <(sha256sum "$folder/through/"* | sed "s/ .*/  -/")'
-check "--json says what was written" answers "j ->> '\$.to' = '$folder/orbit' AND j ->> '\$.frames' = 3 AND j ->> '\$.video' IS NULL" \
-    "$program" render "$out" --path orbit --frames 3 --to "$folder/orbit" --device llvmpipe --quiet --json
+check "--json says what was written" answers "j ->> '\$.to' = '$folder/three' AND j ->> '\$.frames' = 3 AND j ->> '\$.video' IS NULL" \
+    "$program" render "$out" --path orbit --frames 3 --to "$folder/three" --device llvmpipe --quiet --json
 
 check "depths of frames" render --path orbit --frames 2 --to "$folder/deep" --depth
 check "are beside them" test "$(ls "$folder/deep" | xargs)" = \
     "frame_0001.png frame_0001_depth.exr frame_0002.png frame_0002_depth.exr"
 check "a view's" eval 'render --view 0 --to "$folder/d.exr" --depth && [[ -s $folder/d_depth.exr ]]'
 check "are those of its pose" eval 'render --pose "$pose" --to "$folder/p.png" --depth && cmp "$folder/p_depth.exr" "$folder/d_depth.exr"'
-check "and go with their frames" eval 'render --path orbit --frames 1 --to "$folder/deep" && [[ ! -e $folder/deep/frame_0002_depth.exr ]]'
+check "and go with frames without" eval 'render --path orbit --frames 2 --to "$folder/deep" && [[ $(ls "$folder/deep" | wc -l) == 2 ]]'
+check "and with those of a longer path" eval 'render --path orbit --frames 2 --depth && render --path orbit --frames 1 --depth &&
+    [[ $(ls "$out/frames" | xargs) == "frame_0001.png frame_0001_depth.exr" ]]'
+check "a folder elsewhere with frames of a longer path is refused" refuses 'deep/frame_0002.png: is of a longer path' --path orbit \
+    --frames 1 --to "$folder/deep"
+check "and keeps them" test "$(frames "$folder/deep")" = 2
+check "--only-render with a path or a pose is refused" eval 'refuses "--only-render: " --path orbit --only-render &&
+    refuses "--only-render: " --pose "$pose" --only-render'
 
 sqlite3 :memory: "SELECT json_object('render_width', 20, 'render_height', 14, 'camera_path', json_array(json_object('fov', 50,
     'camera_to_world', json('[' || replace('$pose', ' ', ',') || ']'))))" >"$folder/path.json"

@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "experiment/retrain.h"
+#include "run/plan/estimate.h"
 #include "support/ledger_fixture.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
@@ -52,6 +53,21 @@ static struct vw_retrain_result retrain(struct fixture *f, enum vw_equal equal, 
         .views = f->retrainer.train_views, .view_count = count, .seed = 3, .epochs = epochs};
     ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
     return result;
+}
+
+TEST_WITHIN(one_step_has_no_time, set_up, tear_down) {
+    struct fixture *f = *state;
+    struct vw_estimate estimate = {0};
+    uint32_t view = 0;
+    vw_config_set_epochs(&f->config, 1);
+    ASSERT_OK(vw_estimate_take_steps(&(struct vw_trainer_params){.gpu = f->session.devices[0].gpu,
+                                                                 .scene = f->session.scene,
+                                                                 .config = &f->config,
+                                                                 .train_views = &view,
+                                                                 .train_view_count = 1},
+                                     &estimate));
+    assert_int_equal(estimate.steps, 1);
+    assert_true(isnan(estimate.seconds_per_step));
 }
 
 TEST_WITHIN(all_photos_are_the_same_in_both_ways, set_up, tear_down) {

@@ -91,9 +91,9 @@ FOLDER_TEST(steps_share_a_change) {
     AUTO(vw_step_log_clear)
     struct vw_step_log log =
         read_log(write_log(*state, "step,epoch,photo,psnr,l1\n1,0,a,,\n2,0,b,10,0.5\n3,0,a,,\n4,0,b,nan,0.4\n5,0,a,,\n"
-                                   "6,0,b,18,0.25\n7,0,a,17,0.5\n8,0,b,,\n9,0,a,19,0.25\n10,0,b,,\n"));
-    static const double psnr[] = {NAN, NAN, 10, 12, NAN, 16, 18, 17, 18, 19, NAN},
-                        l1[] = {NAN, NAN, 0.5, 0.4375, NAN, 0.3125, 0.25, 0.5, 0.375, 0.25, NAN};
+                                   "6,0,b,16,0.125\n7,0,a,17,0.5\n8,0,b,,\n9,0,a,19,0.25\n10,0,b,,\n"));
+    static const double psnr[] = {NAN, NAN, 10, 12, NAN, 14, 16, 17, 18, 19, NAN},
+                        l1[] = {NAN, NAN, 0.5, 0.375, NAN, 0.25, 0.125, 0.5, 0.375, 0.25, NAN};
     assert_int_equal(log.record_count, VW_ARRAY_COUNT(psnr));
     for (uint32_t i = 0; i < log.record_count; i++)
         check_record(&log.records[i], i, 0, i ? i % 2 ? 0 : 1 : VW_RECORD_UNTRAINED, psnr[i], l1[i]);

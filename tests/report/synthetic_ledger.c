@@ -19,6 +19,7 @@
 enum { VIEWS_MOST = 64, SEED = 7 };
 static const char zeros[] = "0000000000000000000000000000000000000000000000000000000000000000";
 static const char *const hostile_names[] = {
+    "/a.png", // a page that looks for the folder of all names ends
     "</script><script>window.broken = 1</script>.png",
     "<img src=x onerror=\"window.broken = 2\">.png",
     "<!-- <script>.png",

@@ -36,6 +36,15 @@ heights() {
 }
 check "the validation photo in the middle by PSNR has a larger picture, of what rays are left" eval 'scene=$folder/wide.json value wide \
     --rays 3000 --epochs 6 --effects none && [[ $(heights wide) =~ ^72\ 72\ 1[0-9]+\ 72\ 72$ ]] || { heights wide; false; }'
+cat >"$folder/noisy.json" <<'RECIPE'
+{"viewworth_recipe": 1, "seed": 3, "image": {"width_px": 1200, "height_px": 300}, "box": {"centre": [0, 0, 0], "half_extent": 2},
+ "shapes": [{"kind": "sphere", "centre": [0, 0, 0], "radius": 1.9, "texture": {"kind": "checker", "colour": [1, 0.9, 0.1],
+             "second_colour": [0, 0.1, 0.9], "cell": 0.0017}}],
+ "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2, "count": 4, "field_of_view_deg": 90, "split": "train"},
+             {"path": "orbit", "centre": [0, 0, 0], "radius": 2, "count": 1, "start_deg": 30, "field_of_view_deg": 90, "split": "val"}]}
+RECIPE
+check "unless its file would be too large" eval 'scene=$folder/noisy.json value noisy --rays 100 --samples 4 --epochs 12 \
+    --val-rays 120000 --effects none && [[ $(heights noisy) == 72 ]]'
 check "another seed" value other --seed 1 --no-thumbnails
 cp "$folder/run/report.html" "$folder/first.html"
 check "report makes the same again, from the ledger and the scene" eval 'report "$folder/run" &&

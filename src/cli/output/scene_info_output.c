@@ -134,6 +134,7 @@ static void print_estimate(const struct vw_estimate *estimate) {
     vw_print("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",
              (double)estimate->device_bytes / 0x1p20, estimate->param_count);
     char time[VW_DURATION_BYTES];
+    if (isnan(estimate->seconds_per_step)) return;
     vw_text_duration(estimate->seconds_per_step * (double)estimate->steps, time);
     vw_print("time     about %s for value with default options: %" PRIu64 " steps of %.1f ms (on %s)\n", time,
              estimate->steps, 1e3 * estimate->seconds_per_step, estimate->device);
@@ -260,12 +261,12 @@ static json_t *depths_to_json(const struct description *description) {
 static json_t *estimate_to_json(const struct vw_estimate *estimate) {
     if (*estimate->missing)
         return json_pack("{s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes, "missing", estimate->missing);
-    return json_pack("{s:I, s:I, s:I, s:I, s:f, s:f, s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes,
+    return json_pack("{s:I, s:I, s:I, s:I, s:o, s:o, s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes,
                      "device_bytes", (json_int_t)estimate->device_bytes, "params", (json_int_t)estimate->param_count,
                      "steps", (json_int_t)estimate->steps, "seconds",
-                     estimate->seconds_per_step * (double)estimate->steps, "seconds_per_step",
-                     estimate->seconds_per_step, "measured_steps", (json_int_t)estimate->measured_steps, "device",
-                     estimate->device);
+                     vw_json_real(estimate->seconds_per_step * (double)estimate->steps), "seconds_per_step",
+                     vw_json_real(estimate->seconds_per_step), "measured_steps", (json_int_t)estimate->measured_steps,
+                     "device", estimate->device);
 }
 
 // Returns null without an estimate.

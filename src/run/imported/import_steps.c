@@ -52,8 +52,8 @@ static void warn(const struct import *import) {
     if (import->log.shared_count > 0)
         vw_log_warning("%" PRIu64 " steps were not validated: what changed between two validations, up to %" PRIu64
                        " steps apart, is credited in equal shares to the photos between, so that telling photos apart "
-                       "takes about so many times as many steps",
-                       import->log.shared_count, import->log.validated_every);
+                       "takes about %" PRIu64 " times as many steps",
+                       import->log.shared_count, import->log.validated_every, import->log.validated_every);
     if (import->unvalidated > 0)
         vw_log_warning("steps before the first validation or after the last one are not credited: %" PRIu64,
                        import->unvalidated);

@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "run/lasting/lasting_file.h"
 #include "run/outputs/checksums.h"
+#include "run/plan/accuracy_levels.h"
 #include "run/plan/estimate.h"
 #include "run/recorded/replayed_run.h"
 #include "run/run_private.h"
@@ -243,14 +244,15 @@ double vw_lasting_seconds(const struct vw_config *config, bool gated, double run
 static enum vw_status announce(const struct backward *pass, const struct vw_trainer_params *training) {
     bool gated = !pass->run->lasting.no_gate && vw_lasting_has_gate(training->config);
     struct vw_estimate estimate = {0};
-    char about[VW_DURATION_BYTES];
+    char about[VW_ABOUT_BYTES];
     if (vw_file_exists(pass->path)) return VW_OK;
     enum vw_status status = vw_estimate_take_steps(training, &estimate);
     if (status) return status;
     double run_s = estimate.seconds_per_step * (double)pass->steps;
-    vw_text_duration(vw_lasting_seconds(training->config, gated, run_s, run_s), about);
-    vw_log_info("a backward pass%s, about %s; Ctrl-C keeps what is done",
-                gated ? " and 6 short trainings that check it" : "", about);
+    double training_s = run_s * vw_accuracy_unvalidated_share(training->config);
+    vw_text_about(vw_lasting_seconds(training->config, gated, run_s, training_s), about);
+    vw_log_info("a backward pass%s%s; Ctrl-C keeps what is done", gated ? " and 6 short trainings that check it" : "",
+                about);
     return VW_OK;
 }
 

@@ -207,7 +207,8 @@ static enum vw_status enlarge_middle(const struct vw_residuals_params *params, s
     char *text = NULL;
     double psnr_db;
     enum vw_status status = make_text(params, middle->view, height_px, &psnr_db, &text);
-    if (!status && json_object_set_new(json_array_get(photos, middle->place), "picture", vw_json_string(text)))
+    bool fits = !status && strlen(text) <= PICTURE_LIMIT_BYTES; // else the small one stays
+    if (fits && json_object_set_new(json_array_get(photos, middle->place), "picture", vw_json_string(text)))
         status = vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_RESIDUALS_FILE);
     free(text);
     return status;

@@ -35,8 +35,8 @@ struct vw_residuals_params {
 // A picture is a WebP file: photo, render and error (mean over the channels, black to white for 0 to 0.4) side by side,
 // each at most VW_RESIDUALS_HEIGHT_PX high. psnr is that of the picture's pixels, null when unknown. The validation
 // photos come first, then train photos from the lowest quality up, as many as the share allows. The validation photo in
-// the middle by psnr has a picture of up to VW_RESIDUALS_LARGE_PX, for which the share comes before train photos; its
-// psnr is still that of the small picture.
+// the middle by psnr has a picture of up to VW_RESIDUALS_LARGE_PX, for which the share comes before train photos,
+// unless its file would be too large; its psnr is still that of the small picture.
 // Notes the file in `made`.
 enum vw_status vw_residuals_write(const struct vw_residuals_params *params, struct vw_checksums *made);
 

@@ -1,5 +1,6 @@
 #include "run/plan/estimate.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #include "base/clock.h"
@@ -29,7 +30,7 @@ static enum vw_status measure(struct vw_trainer *trainer, struct vw_estimate *es
         passed_s = vw_now_s() - started_s;
         estimate->measured_steps += count;
     }
-    if (estimate->measured_steps) estimate->seconds_per_step = passed_s / (double)estimate->measured_steps;
+    estimate->seconds_per_step = estimate->measured_steps ? passed_s / (double)estimate->measured_steps : NAN;
     return status;
 }
 

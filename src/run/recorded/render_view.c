@@ -36,8 +36,7 @@ static char *name_target(const struct vw_render_params *params, const struct vw_
     return path;
 }
 
-// ---- Photo and render side by side
-// -----------------------------------------------------------------------------------
+// ---- Photo and render side by side ----
 
 // Computes the photo's colour as training sees it.
 static void photo_colour(const struct comparing *comparing, const struct vw_image *photo, uint32_t x_px, uint32_t y_px,
@@ -48,7 +47,7 @@ static void photo_colour(const struct comparing *comparing, const struct vw_imag
     for (int c = 0; c < 3; c++) rgb[c] = alpha * rgba[c] + (1.0f - alpha) * comparing->scene->background[c];
 }
 
-// Fills `pair`, twice as wide as the view, and takes the PSNR over the whole view.
+// Fills `pair`, twice as wide as the view, if there is one, and takes the PSNR over the whole view.
 static double compare(const struct comparing *comparing, const struct vw_view *view, const float *render, float *pair) {
     const struct vw_image *photo = &view->image;
     double squared_error = 0;
@@ -56,15 +55,15 @@ static double compare(const struct comparing *comparing, const struct vw_view *v
     for (uint32_t y = 0; y < photo->height_px; y++)
         for (uint32_t x = 0; x < photo->width_px; x++) {
             const float *rendered = render + 3 * ((size_t)y * photo->width_px + x);
-            float *left = pair + 3 * ((size_t)y * 2 * photo->width_px + x), *right = left + 3 * (size_t)photo->width_px;
+            float colour[3];
             bool counts = comparing->masked ? vw_view_keeps(view, x, y) : vw_view_can_use(view, x, y);
-            photo_colour(comparing, photo, x, y, left);
-            for (int c = 0; c < 3; c++) {
-                right[c] = rendered[c];
-                double error = (double)rendered[c] - left[c];
-                if (counts) squared_error += error * error;
-            }
+            photo_colour(comparing, photo, x, y, colour);
+            for (int c = 0; c < 3 && counts; c++) squared_error += pow((double)rendered[c] - colour[c], 2);
             if (counts) value_count += 3;
+            if (!pair) continue;
+            float *left = pair + 3 * ((size_t)y * 2 * photo->width_px + x);
+            memcpy(left, colour, sizeof colour);
+            memcpy(left + 3 * (size_t)photo->width_px, rendered, sizeof colour);
         }
     double mse = squared_error / (double)value_count;
     return vw_psnr_db(mse); // NaN when no pixel counts
@@ -78,13 +77,11 @@ static enum vw_status render_beside(const struct vw_rendering *rendering, bool o
                                         vw_effects_is_on(run->effects, run->effect_count, "masks")};
     uint32_t width_px = view->image.width_px, height_px = view->image.height_px;
     float *render = NULL;
-    float *pair = vw_allocate(2 * (size_t)width_px * height_px, 3 * sizeof *pair);
-    if (!pair) return VW_ERROR_MEMORY;
+    float *pair = only_render ? NULL : vw_allocate(2 * (size_t)width_px * height_px, 3 * sizeof *pair);
+    if (!pair && !only_render) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_render(rendering->trainer, rendering->view, &render);
     if (!status) *psnr_db = compare(&comparing, view, render, pair);
-    if (!status)
-        status =
-            vw_image_save(target, only_render ? width_px : 2 * width_px, height_px, 3, only_render ? render : pair);
+    if (!status) status = vw_image_save(target, pair ? 2 * width_px : width_px, height_px, 3, pair ? pair : render);
     free(render);
     free(pair);
     return status;

@@ -21,6 +21,17 @@ enum vw_status vw_video_check(const char *to) {
     return vw_fail(VW_ERROR_USAGE, "--video %s: the name must end in .mp4 or .gif", to);
 }
 
+static int spawn(const char *folder, const char *const *arguments, int output, pid_t *process) {
+    posix_spawn_file_actions_t files;
+    int error = posix_spawn_file_actions_init(&files);
+    if (error) return error;
+    error = posix_spawn_file_actions_addchdir_np(&files, folder);
+    if (!error) error = posix_spawn_file_actions_adddup2(&files, output, OUTPUT);
+    if (!error) error = posix_spawnp(process, arguments[0], &files, NULL, (char *const *)arguments, environ);
+    posix_spawn_file_actions_destroy(&files);
+    return error;
+}
+
 // Runs ffmpeg in the folder, since a name with % would be a pattern; its output is a file without a name, so that a
 // killed program leaves nothing. Returns the error of the start.
 static int start(const char *folder, bool gif, int output, pid_t *process) {
@@ -43,14 +54,7 @@ static int start(const char *folder, bool gif, int output, pid_t *process) {
                                      gif ? "gif" : "mp4",
                                      "/dev/fd/3",
                                      NULL};
-    posix_spawn_file_actions_t files;
-    int error = posix_spawn_file_actions_init(&files);
-    if (error) return error;
-    error = posix_spawn_file_actions_addchdir_np(&files, folder);
-    if (!error) error = posix_spawn_file_actions_adddup2(&files, output, OUTPUT);
-    if (!error) error = posix_spawnp(process, "ffmpeg", &files, NULL, (char *const *)arguments, environ);
-    posix_spawn_file_actions_destroy(&files);
-    return error;
+    return spawn(folder, arguments, output, process);
 }
 
 static enum vw_status wait_for(pid_t process) {

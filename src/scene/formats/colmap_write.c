@@ -5,6 +5,7 @@
 
 #include "base/csv.h"
 #include "base/memory.h"
+#include "scene/builder.h"
 #include "scene/formats/colmap_builder.h"
 #include "scene/formats/points_ply.h"
 #include "scene/formats/scene_copy.h"
@@ -49,34 +50,17 @@ static void print_cameras(FILE *stream, const void *context) {
 
 // ---- Images ----
 
-// Returns the rotation of a pose as a quaternion w x y z, from the greatest of its four numbers, which loses no digits.
-static void make_quaternion(const double rotation[3][3], double quaternion[4]) {
-    double squares[4] = {1 + rotation[0][0] + rotation[1][1] + rotation[2][2]}; // four times those of the numbers
-    int greatest = 0;
-    for (int i = 0; i < 3; i++) squares[i + 1] = 2 + 2 * rotation[i][i] - squares[0];
-    for (int i = 1; i < 4; i++)
-        if (squares[i] > squares[greatest]) greatest = i;
-    double products[4][4] = {{0}}; // four times the products of two numbers
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        products[0][i + 1] = products[i + 1][0] = rotation[k][j] - rotation[j][k];
-        products[j + 1][k + 1] = products[k + 1][j + 1] = rotation[k][j] + rotation[j][k];
-    }
-    for (int i = 0; i < 4; i++) products[i][i] = squares[i];
-    for (int i = 0; i < 4; i++) quaternion[i] = products[greatest][i] / (2 * sqrt(squares[greatest]));
-}
-
 // Inverts a pose and turns its axes from OpenGL's to COLMAP's.
 static void put_pose(FILE *stream, const double camera_to_world[3][4]) {
-    double rotation[3][3], translation[3] = {0}, quaternion[4];
+    double pose[3][4] = {{0}}, quaternion[4];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
-            rotation[i][j] = i == 0 ? camera_to_world[j][i] : -camera_to_world[j][i];
-            translation[i] -= rotation[i][j] * camera_to_world[j][3];
+            pose[i][j] = i == 0 ? camera_to_world[j][i] : -camera_to_world[j][i];
+            pose[i][3] -= pose[i][j] * camera_to_world[j][3];
         }
-    make_quaternion(rotation, quaternion);
+    vw_pose_quaternion(pose, quaternion);
     put(stream, quaternion, sizeof quaternion);
-    put(stream, translation, sizeof translation);
+    for (int i = 0; i < 3; i++) put_real(stream, pose[i][3]);
 }
 
 static void print_images(FILE *stream, const void *context) {

@@ -204,27 +204,36 @@ static enum vw_status write_beside(struct copy *copy, char *beside) {
     return status;
 }
 
+// Names a new folder beside `to`, for mkdtemp; owned by the caller.
+static char *name_beside(const char *to) {
+    size_t length = strlen(to);
+    while (length > 1 && to[length - 1] == '/') length--;
+    char *bare = vw_format_text("%.*s", (int)length, to), *parent = bare ? vw_path_folder(bare) : NULL,
+         *beside = parent ? vw_path_join(parent, ".viewworth-XXXXXX") : NULL;
+    free(bare);
+    free(parent);
+    return beside;
+}
+
+static void free_copy(struct copy *copy) {
+    for (uint32_t i = 0; copy->masks && i < copy->kept.view_count; i++) free(copy->masks[i]);
+    free(copy->kept.views);
+    free(copy->kept.points);
+    free(copy->kept.tracks);
+    free(copy->sources);
+    free(copy->masks);
+    free(copy->places);
+    free(copy->folder);
+}
+
 enum vw_status vw_scene_copy(const struct vw_photo_list *list, const struct vw_scene *scene,
                              const struct vw_interrupt *interrupt) {
     struct copy copy = {.list = list, .scene = scene, .interrupt = interrupt};
     enum vw_status status = vw_scene_copy_check(list->to, scene);
-    if (status) return status;
-    size_t length = strlen(list->to);
-    while (length > 1 && list->to[length - 1] == '/') length--;
-    char *to = vw_format_text("%.*s", (int)length, list->to), *parent = to ? vw_path_folder(to) : NULL,
-         *beside = parent ? vw_path_join(parent, ".viewworth-XXXXXX") : NULL;
-    status = beside ? keep(&copy) : VW_ERROR_MEMORY;
+    char *beside = status ? NULL : name_beside(list->to);
+    if (!status) status = beside ? keep(&copy) : VW_ERROR_MEMORY;
     if (!status) status = write_beside(&copy, beside);
-    for (uint32_t i = 0; copy.masks && i < copy.kept.view_count; i++) free(copy.masks[i]);
-    free(copy.kept.views);
-    free(copy.kept.points);
-    free(copy.kept.tracks);
-    free(copy.sources);
-    free(copy.masks);
-    free(copy.places);
-    free(copy.folder);
+    free_copy(&copy);
     free(beside);
-    free(parent);
-    free(to);
     return status;
 }
