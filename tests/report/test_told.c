@@ -3,7 +3,7 @@
 
 #include "report/told.h"
 
-// Photos 2, 5, 6: no score is needed for a word.
+// Tells reasons where photos 2 to 5 need a look and photo 6 is a lone view; none has a score.
 static struct vw_told *tell(const char *map_json, const char *duplicates_json) {
     struct vw_ledger_run row = test_run("{}");
     const struct vw_report_run run = {.row = &row,

@@ -9,15 +9,15 @@
 
 // Chosen on scenes/courtyard.json and on drawn recipes, whose defects are known. Between sound and corrupted photos of
 // these lie gaps, in which the limits are.
-#define BRIGHT 1.5           // times as bright as the median photo, or as dark
-#define BLURRED 0.5          // of the median sharpness: sound photos had 0.66 and more, blurred ones 0.15 and less
-#define NOISY 2.5            // times the median noise: sound photos had 1.5 and less, noisy ones 2.9 and more
-#define OUTLIER_SPREADS 3.0  // beside that, so that nothing stands out among photos of many kinds
-#define FITS_ELSEWHERE 0.7   // of the squared error is left after moving: sound photos had 0.72 and more
-#define REGION_ERROR 0.75    // share of the squared error in one region: sound photos had 0.71 and less
-#define REGION_AREA 0.03     // share of the pixels: smaller regions are details that the field lacks
-#define ERROR_LEAST 0.1      // root mean square over the channels that makes a pixel part of a region,
-#define ERROR_TIMES_MEDIAN 3 // and beside the photo's median pixel
+#define BRIGHT 1.5          // times as bright as the median photo, or as dark
+#define BLURRED 0.5         // share of the median sharpness: sound photos had 0.66 and more, blurred ones 0.15 and less
+#define NOISY 2.5           // times the median noise: sound photos had 1.5 and less, noisy ones 2.9 and more
+#define OUTLIER_SPREADS 3.0 // in addition, so that nothing stands out among photos of many kinds
+#define FITS_ELSEWHERE 0.7  // share of the squared error after moving: sound photos had 0.72 and more
+#define REGION_ERROR 0.75   // share of the squared error in one region: sound photos had 0.71 and less
+#define REGION_AREA 0.03    // share of the pixels: smaller regions are details that the field lacks
+#define ERROR_LEAST 0.1     // root mean square over the channels that makes a pixel part of a region,
+#define ERROR_TIMES_MEDIAN 3                 // and beside the photo's median pixel
 enum { HEIGHT_PX = 36, MOVES_PER_SIDE = 4 }; // renders are moved by up to a quarter of a side
 
 // ---- Pixels --------------------------------------------------------------------------------------------------------
@@ -38,7 +38,7 @@ enum vw_status vw_photo_reasons_of_luminance(const struct vw_luminance *measured
                                              const char **reasons) {
     double *sharpness = vw_allocate(count, 3 * sizeof *sharpness), *noise = sharpness + count, spread[2];
     if (!sharpness) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count; i++) { // beside the contrast, so that dim light is neither blur nor noise
+    for (uint32_t i = 0; i < count; i++) { // divided by the contrast, so that dim light is neither blur nor noise
         sharpness[i] = sqrt(measured[i].sharpness) / measured[i].contrast;
         noise[i] = measured[i].noise / measured[i].contrast;
     }
