@@ -65,6 +65,20 @@ void vw_image_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, 
 // Same limits.
 double vw_image_luminance(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float background[3]);
 
+// ---- luminance.c ----
+
+// Measures of a photo's luminance as stored.
+struct vw_luminance {
+    double brightness; // mean, [0,1]
+    double contrast;   // standard deviation
+    double sharpness;  // variance of the Laplacian (Pech-Pacheco et al., ICPR 2000): low in blurred photos, high in
+                       // noisy ones; 0 below 3 pixels of width or height
+    double noise;      // standard deviation of the noise (Immerkaer, CVIU 1996); 0 as above
+};
+// Measures a photo; transparent pixels are over `background` (RGB). VW_ERROR_MEMORY.
+enum vw_status vw_image_measure_luminance(const struct vw_image *image, const float background[3],
+                                          struct vw_luminance *luminance);
+
 // ---- ssim.c ----
 
 // The structural similarity index (SSIM) of two images: Wang, Bovik, Sheikh and Simoncelli, "Image quality assessment:

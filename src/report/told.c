@@ -12,27 +12,13 @@
 #include "value/lasting_scores.h"
 #include "viewworth/value.h"
 
-#define BRIGHT 1.5 // times as bright as the median photo, or as dark: an exposure that stands out
-
 // ---- Reasons -------------------------------------------------------------------------------------------------------
 
-// Returns the exposures of the run's appearance, by name; NULL: none. Borrowed from `effects`.
-static const json_t *exposures_of(const json_t *effects) {
-    for (size_t i = 0; i < json_array_size(effects); i++) {
-        const json_t *effect = json_array_get(effects, i);
-        const char *name = json_string_value(json_object_get(effect, "name"));
-        if (name && strcmp(name, "appearance") == 0 && json_is_true(json_object_get(effect, "on")))
-            return json_object_get(effect, "exposures");
-    }
+const char *vw_told_known_reason(const char *word) {
+    static const char *const reasons[] = {"exposure", "noise", "blur", "pose", "occluder"};
+    for (size_t i = 0; word && i < VW_ARRAY_COUNT(reasons); i++)
+        if (strcmp(reasons[i], word) == 0) return reasons[i];
     return NULL;
-}
-
-// Returns whether mid-grey of a photo is far brighter or darker than the median photo's (six numbers: gains, biases).
-static bool stands_out(const json_t *exposures, const char *name) {
-    const json_t *numbers = json_object_get(exposures, name);
-    double brightness = 1;
-    for (size_t i = 0; i < 6; i++) brightness += (i < 3 ? 1 : 2) * json_number_value(json_array_get(numbers, i)) / 3;
-    return json_array_size(numbers) == 6 && (brightness > BRIGHT || brightness < 1 / BRIGHT);
 }
 
 static bool is_duplicate(const json_t *table, const char *name) {
@@ -48,13 +34,14 @@ static bool is_duplicate(const json_t *table, const char *name) {
 }
 
 struct evidence {
-    json_t *effects, *duplicates; // owned
-    const json_t *exposures;
+    json_t *map, *duplicates; // owned
 };
 
-static const char *find_reason(const struct evidence *evidence, const struct vw_ledger_image *image,
+static const char *find_reason(const struct evidence *evidence, const struct vw_ledger_image *image, uint32_t place,
                                const char *otherwise) {
-    if (stands_out(evidence->exposures, image->name)) return "exposure";
+    const json_t *reasons = json_object_get(evidence->map, "reasons");
+    const char *found = vw_told_known_reason(json_string_value(json_array_get(reasons, place)));
+    if (found) return found;
     return is_duplicate(evidence->duplicates, image->name) ? "duplicate" : otherwise;
 }
 
@@ -100,24 +87,23 @@ static bool is_trusted(const struct vw_report_run *run, const struct vw_advice *
     return !run->lasting.check_count || vw_lasting_gate(&run->lasting, false) >= vw_lasting_gate_least;
 }
 
-static void judge(const struct evidence *evidence, const struct vw_ledger_image *image, uint8_t marks, bool trusted,
-                  struct vw_told *told) {
+static void judge(const struct evidence *evidence, const struct vw_ledger_image *image, uint32_t place, uint8_t marks,
+                  bool trusted, struct vw_told *told) {
     bool helps = told->score && has_zero(told->score->method) && told->score->ci_low > 0;
     if (marks & VW_ADVICE_LOOK)
-        told->advice = VW_TOLD_LOOK, told->reason = find_reason(evidence, image, "no reason found");
+        told->advice = VW_TOLD_LOOK, told->reason = find_reason(evidence, image, place, "no reason found");
     else if (marks & VW_ADVICE_LONE) told->advice = VW_TOLD_KEEP, told->reason = "lone view";
     else if (trusted && (marks & VW_ADVICE_REMOVABLE))
-        told->advice = VW_TOLD_DROP, told->reason = find_reason(evidence, image, "adds little");
+        told->advice = VW_TOLD_DROP, told->reason = find_reason(evidence, image, place, "adds little");
     else if (trusted && (marks & VW_ADVICE_IRREPLACEABLE)) told->advice = VW_TOLD_KEEP, told->reason = "among the best";
     else if (trusted && helps) told->advice = VW_TOLD_KEEP, told->reason = "helps";
-    else told->advice = VW_TOLD_UNCLEAR, told->reason = find_reason(evidence, image, "within noise");
+    else told->advice = VW_TOLD_UNCLEAR, told->reason = find_reason(evidence, image, place, "within noise");
 }
 
 static json_t *parse(const char *text) { return text ? vw_json_load(text, strlen(text), 0, NULL) : NULL; }
 
 enum vw_status vw_told_make(const struct vw_report_run *run, const struct vw_advice *advice, struct vw_told **told) {
-    struct evidence evidence = {.effects = parse(run->row->effects_json), .duplicates = parse(run->duplicates_json)};
-    evidence.exposures = exposures_of(evidence.effects);
+    struct evidence evidence = {.map = parse(run->map_json), .duplicates = parse(run->duplicates_json)};
     *told = vw_allocate(run->image_count, sizeof **told);
     const char *method = run->score_count ? vw_value_main_method(run->scores, run->score_count) : "";
     for (uint32_t i = 0; *told && i < run->score_count; i++) {
@@ -129,8 +115,8 @@ enum vw_status vw_told_make(const struct vw_report_run *run, const struct vw_adv
     bool trusted = is_trusted(run, advice);
     for (uint32_t i = 0; *told && i < run->image_count; i++)
         if (strcmp(run->images[i].split, "train") == 0)
-            judge(&evidence, &run->images[i], advice->marks[i], trusted, &(*told)[i]);
-    json_decref(evidence.effects);
+            judge(&evidence, &run->images[i], i, advice->marks[i], trusted, &(*told)[i]);
+    json_decref(evidence.map);
     json_decref(evidence.duplicates);
     return *told ? VW_OK : VW_ERROR_MEMORY;
 }

@@ -18,6 +18,10 @@ struct vw_told {
 // Returns a static word of advice.csv: "keep", "look", "unclear" or "drop"; NULL for VW_TOLD_NONE.
 const char *vw_told_advice_name(enum vw_told_advice advice);
 
+// Returns the static spelling of a reason that a run may find in a photo: "exposure", "noise", "blur", "pose" or
+// "occluder"; NULL for other words and NULL.
+const char *vw_told_known_reason(const char *word);
+
 // Makes the advice on a run's photos, with what its retrainings say of worth. Free it also after a failure.
 enum vw_status vw_told_advise(const struct vw_report_run *run, struct vw_worth_summary *worth,
                               struct vw_advice *advice);

@@ -132,8 +132,8 @@ TEST(noise_has_its_size) {
         for (uint32_t c = 0; c < 3; c++) pixels[4 * i + c] = (uint8_t)lrint(value);
     }
     ASSERT_OK(vw_photo_pixels_measure(scene, 0, &measured));
-    assert_near(measured.noise, 20 / 255.0, 0.03 * 20 / 255);
-    assert_near(measured.contrast, 20 / 255.0, 0.03 * 20 / 255);
+    assert_near(measured.luminance.noise, 20 / 255.0, 0.03 * 20 / 255);
+    assert_near(measured.luminance.contrast, 20 / 255.0, 0.03 * 20 / 255);
     for (uint32_t i = 0; i < 200 * 150; i++) memcpy(pixels + 4 * i, (uint8_t[]){51, 102, i % 200 < 100 ? 0 : 255}, 3);
     ASSERT_OK(vw_photo_pixels_measure(scene, 0, &measured));
     for (uint32_t i = 0; i < VW_THUMBNAIL_VALUES / 3; i++) {

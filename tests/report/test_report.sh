@@ -91,6 +91,8 @@ check "a map of another scene" mapped 'is of another scene' map.json "json_set(j
 check "a map that lacks a camera" mapped 'positions: ' map.json "json_remove(j, '\$.positions[0]')"
 check "a direction that is text" mapped 'directions: ' map.json "json_set(j, '\$.directions[1]', '<img>')"
 check "points that are none" mapped 'points: ' map.json "json_set(j, '\$.points', 7)"
+check "a reason that is not a word of advice" mapped 'reasons: ' map.json "json_set(j, '\$.reasons[0]', '<img>')"
+check "too few reasons" mapped 'reasons: ' map.json "json_remove(j, '\$.reasons[0]')"
 check "half a point" mapped 'points: ' map.json "json_remove(j, '\$.points[0]')"
 check "a reconstruction of another scene" mapped 'is of another scene' reconstruction.json "json_set(j, '\$.scene_hash', 'x')"
 check "one whose SSIM is text" mapped 'ssim: ' reconstruction.json "json_set(j, '\$.ssim', '<img>')"

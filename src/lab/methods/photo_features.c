@@ -73,15 +73,15 @@ static enum vw_status measure_pixels(const struct vw_scene *scene, const uint32_
     if (!status) status = vw_photo_transport(scene, photos, count, pixels, gradients);
     for (uint32_t i = 0; !status && i < count; i++) {
         double *row = row_of(features, 0, i);
-        row[VW_FEATURE_BRIGHTNESS] = pixels[i].brightness;
-        row[VW_FEATURE_CONTRAST] = pixels[i].contrast;
-        row[VW_FEATURE_SHARPNESS] = pixels[i].sharpness;
-        row[VW_FEATURE_NOISE] = pixels[i].noise;
+        row[VW_FEATURE_BRIGHTNESS] = pixels[i].luminance.brightness;
+        row[VW_FEATURE_CONTRAST] = pixels[i].luminance.contrast;
+        row[VW_FEATURE_SHARPNESS] = pixels[i].luminance.sharpness;
+        row[VW_FEATURE_NOISE] = pixels[i].luminance.noise;
         row[VW_FEATURE_TRANSPORT] = gradients[i];
     }
     double median = status ? NAN : median_of(features, 0, VW_FEATURE_BRIGHTNESS, scratch);
     for (uint32_t i = 0; !status && i < count; i++)
-        row_of(features, 0, i)[VW_FEATURE_EXPOSURE] = fabs(pixels[i].brightness - median);
+        row_of(features, 0, i)[VW_FEATURE_EXPOSURE] = fabs(pixels[i].luminance.brightness - median);
     free(gradients);
     free(scratch);
     free(pixels);

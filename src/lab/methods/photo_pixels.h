@@ -3,18 +3,15 @@
 #ifndef VIEWWORTH_LAB_METHODS_PHOTO_PIXELS_H
 #define VIEWWORTH_LAB_METHODS_PHOTO_PIXELS_H
 
+#include "image/image.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
 enum { VW_THUMBNAIL_COLUMNS = 8, VW_THUMBNAIL_ROWS = 6, VW_THUMBNAIL_VALUES = 3 * 8 * 6 };
 
-// Luminances as stored, transparent pixels over the scene's background; masks are not obeyed.
+// Transparent pixels are over the scene's background; masks are not obeyed.
 struct vw_photo_pixels {
-    double brightness; // mean luminance, [0,1]
-    double contrast;   // standard deviation of the luminance
-    double sharpness;  // variance of its Laplacian (Pech-Pacheco et al., ICPR 2000): low in blurred photos, high in
-                       // noisy ones; 0 below 3 pixels of width or height
-    double noise;      // standard deviation of the noise (Immerkaer, CVIU 1996); 0 as above
+    struct vw_luminance luminance;
     float thumbnail[VW_THUMBNAIL_VALUES]; // RGB in [0,1], rows top to bottom: means of some pixels of every cell
 };
 

@@ -11,7 +11,7 @@
 #include "base/statistics.h"
 #include "image/image.h"
 
-enum { PANES = 3, WIDEST = 4, PICTURE_LIMIT_BYTES = 1 << 18 };
+enum { PANES = 3, PICTURE_LIMIT_BYTES = 1 << 18 };
 #define FULL_ERROR 0.4f // white
 
 // ---- Which photos --------------------------------------------------------------------------------------------------
@@ -35,7 +35,7 @@ static int compare_psnr(const void *left, const void *right) {
     return a->view < b->view ? -1 : a->view > b->view;
 }
 
-static double quality_of(const struct vw_scoring *scoring, uint32_t view) {
+double vw_residuals_quality(const struct vw_scoring *scoring, uint32_t view) {
     for (uint32_t i = 0; i < scoring->score_count; i++) {
         const struct vw_ledger_score *score = &scoring->scores[i];
         if (score->image_id == view && score->visits && strcmp(score->method, "quality") == 0) return score->value;
@@ -45,13 +45,13 @@ static double quality_of(const struct vw_scoring *scoring, uint32_t view) {
 
 static enum vw_status list_candidates(const struct vw_residuals_params *params, struct candidate **candidates,
                                       uint32_t *count) {
-    const struct vw_scene *scene = params->scene;
+    const struct vw_scene *scene = params->panes.scene;
     *candidates = vw_allocate(scene->view_count, sizeof **candidates);
     if (!*candidates) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         enum vw_split split = scene->views[v].split;
         if (!scene->views[v].image.width_px || (split != VW_SPLIT_VAL && split != VW_SPLIT_TRAIN)) continue;
-        double quality = split == VW_SPLIT_VAL ? -1 : quality_of(params->scoring, v);
+        double quality = split == VW_SPLIT_VAL ? -1 : vw_residuals_quality(params->scoring, v);
         (*candidates)[(*count)++] = (struct candidate){.view = v, .quality = quality};
     }
     qsort(*candidates, *count, sizeof **candidates, compare_candidates);
@@ -65,52 +65,8 @@ double vw_residuals_rays(const struct vw_scoring *scoring, const struct vw_confi
 
 // ---- One picture ---------------------------------------------------------------------------------------------------
 
-static void choose_size(const struct vw_image *image, uint32_t height_px, uint32_t size_px[2]) {
-    size_px[1] = image->height_px < height_px ? image->height_px : height_px;
-    uint64_t width_px = (uint64_t)image->width_px * size_px[1] / image->height_px;
-    size_px[0] = width_px < 1 ? 1 : width_px > WIDEST * size_px[1] ? WIDEST * size_px[1] : (uint32_t)width_px;
-}
-
-struct panes {
-    uint32_t size_px[2]; // size of each
-    float *photo;        // rgb, as training sees it
-    float *render;
-    uint8_t *counts; // by pixel
-};
-
-static void read_photo(const struct vw_residuals_params *params, uint32_t view, struct panes *panes) {
-    const struct vw_view *of_view = &params->scene->views[view];
-    const struct vw_image *image = &of_view->image;
-    for (uint32_t y = 0, pixel = 0; y < panes->size_px[1]; y++)
-        for (uint32_t x = 0; x < panes->size_px[0]; x++, pixel++) {
-            uint32_t column = (uint32_t)((2 * (uint64_t)x + 1) * image->width_px / (2 * (uint64_t)panes->size_px[0])),
-                     row = (uint32_t)((2 * (uint64_t)y + 1) * image->height_px / (2 * (uint64_t)panes->size_px[1]));
-            float rgba[4];
-            vw_image_pixel(image, column, row, rgba);
-            float alpha = params->on_background ? rgba[3] : 1;
-            for (int c = 0; c < 3; c++)
-                panes->photo[3 * pixel + c] = alpha * rgba[c] + (1 - alpha) * params->scene->background[c];
-            panes->counts[pixel] = vw_view_keeps(of_view, column, row);
-        }
-}
-
-// Fits the gain and bias of a channel that bring the render nearest to the photo (least squares).
-static void fit_channel(struct panes *panes, int channel) {
-    double n = 0, sum_r = 0, sum_p = 0, sum_rr = 0, sum_rp = 0;
-    uint32_t pixels = panes->size_px[0] * panes->size_px[1];
-    for (uint32_t i = 0; i < pixels; i++) {
-        double r = panes->render[3 * i + channel], p = panes->photo[3 * i + channel];
-        if (!panes->counts[i]) continue;
-        n++, sum_r += r, sum_p += p, sum_rr += r * r, sum_rp += r * p;
-    }
-    double variance = n * sum_rr - sum_r * sum_r, gain = variance > 0 ? (n * sum_rp - sum_r * sum_p) / variance : 1;
-    double bias = n > 0 ? (sum_p - gain * sum_r) / n : 0;
-    for (uint32_t i = 0; i < pixels; i++)
-        panes->render[3 * i + channel] = (float)(gain * panes->render[3 * i + channel] + bias);
-}
-
 // Puts the panes side by side, and takes the PSNR over the pixels that count.
-static double join(const struct panes *panes, float *rgb) {
+static double join(const struct vw_panes *panes, float *rgb) {
     double squared_error = 0;
     uint64_t count = 0;
     uint32_t width = panes->size_px[0];
@@ -128,7 +84,7 @@ static double join(const struct panes *panes, float *rgb) {
     return vw_psnr_db(squared_error / (double)count); // NaN when no pixel counts
 }
 
-static enum vw_status encode(const struct panes *panes, double *psnr_db, void **data, size_t *size_bytes) {
+static enum vw_status encode(const struct vw_panes *panes, double *psnr_db, void **data, size_t *size_bytes) {
     float *rgb = vw_allocate((size_t)panes->size_px[0] * panes->size_px[1], PANES * 3 * sizeof *rgb);
     if (!rgb) return VW_ERROR_MEMORY;
     *psnr_db = join(panes, rgb);
@@ -140,20 +96,10 @@ static enum vw_status encode(const struct panes *panes, double *psnr_db, void **
 
 static enum vw_status make_picture(const struct vw_residuals_params *params, uint32_t view, uint32_t height_px,
                                    double *psnr_db, void **data, size_t *size_bytes) {
-    struct panes panes = {0};
-    choose_size(&params->scene->views[view].image, height_px, panes.size_px);
-    size_t pixels = (size_t)panes.size_px[0] * panes.size_px[1];
-    panes.photo = vw_allocate(pixels, 3 * sizeof *panes.photo);
-    panes.counts = vw_allocate(pixels, 1);
-    enum vw_status status = panes.photo && panes.counts
-                                ? vw_trainer_render_small(params->trainer, view, panes.size_px, &panes.render)
-                                : VW_ERROR_MEMORY;
-    if (!status) read_photo(params, view, &panes);
-    for (int c = 0; c < 3 && !status && params->fitted; c++) fit_channel(&panes, c);
+    struct vw_panes panes = {0};
+    enum vw_status status = vw_panes_make(&params->panes, view, height_px, &panes);
     if (!status) status = encode(&panes, psnr_db, data, size_bytes);
-    free(panes.photo);
-    free(panes.render);
-    free(panes.counts);
+    vw_panes_free(&panes);
     return status;
 }
 
@@ -199,7 +145,7 @@ static enum vw_status enlarge_middle(const struct vw_residuals_params *params, s
     while (known < count && isfinite(candidates[known].psnr_db)) known++;
     if (!known) return VW_OK;
     const struct candidate *middle = &candidates[known / 2];
-    choose_size(&params->scene->views[middle->view].image, height_px, size_px);
+    vw_panes_choose_size(&params->panes.scene->views[middle->view].image, height_px, size_px);
     double rays = (double)size_px[0] * size_px[1];
     if (rays > *left) height_px = (uint32_t)(size_px[1] * sqrt(fmax(*left, 0) / rays));
     if (height_px <= VW_RESIDUALS_HEIGHT_PX) return VW_OK;
@@ -220,7 +166,7 @@ static enum vw_status add_some(const struct vw_residuals_params *params, struct 
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count && json_array_size(*photos) < VW_RESIDUALS_MAX && !status; i++) {
         uint32_t size_px[2];
-        choose_size(&params->scene->views[candidates[i].view].image, VW_RESIDUALS_HEIGHT_PX, size_px);
+        vw_panes_choose_size(&params->panes.scene->views[candidates[i].view].image, VW_RESIDUALS_HEIGHT_PX, size_px);
         *left -= (double)size_px[0] * size_px[1];
         if (*left < 0) break;
         status = add_photo(params, &candidates[i], photos);
@@ -245,7 +191,7 @@ enum vw_status vw_residuals_write(const struct vw_residuals_params *params, stru
     char hash[VW_HASH_HEX_BYTES], *text = NULL;
     json_t *residuals = json_object(), *photos = json_array();
     enum vw_status status = add_photos(params, &photos);
-    vw_hash_to_hex(params->scene->hash, hash);
+    vw_hash_to_hex(params->panes.scene->hash, hash);
     vw_json_set(&residuals, "scene_hash", vw_json_string(hash));
     vw_json_set(&residuals, "photos", photos);
     if (!status) text = vw_json_to_text(residuals, JSON_COMPACT | JSON_REAL_PRECISION(6));

@@ -4,13 +4,12 @@
 #define VIEWWORTH_RUN_OUTPUTS_RESIDUALS_H
 
 #include <jansson.h>
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "run/out_files.h"
 #include "run/outputs/checksums.h"
+#include "run/outputs/panes.h"
 #include "run/scoring.h"
-#include "train/trainer.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
@@ -19,15 +18,14 @@
 #define VW_RESIDUALS_SHARE 0.05
 enum { VW_RESIDUALS_RAYS_MIN = 8192, VW_RESIDUALS_MAX = 256, VW_RESIDUALS_HEIGHT_PX = 72, VW_RESIDUALS_LARGE_PX = 300 };
 
+// Returns the photo's score `quality`; 2: unknown.
+double vw_residuals_quality(const struct vw_scoring *scoring, uint32_t view);
 double vw_residuals_rays(const struct vw_scoring *scoring, const struct vw_config *config);
 
 struct vw_residuals_params {
-    const struct vw_scene *scene;
-    struct vw_trainer *trainer;       // nothing in flight
+    struct vw_panes_params panes;
     const struct vw_scoring *scoring; // scores of the run
     const struct vw_config *config;
-    bool on_background; // transparent pixels show the background
-    bool fitted;        // validation fits a gain and a bias to each view: so do the pictures
     const char *out;
 };
 

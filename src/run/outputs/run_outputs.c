@@ -3,7 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "run/out_files.h"
+#include "run/outputs/photo_reasons.h"
 #include "run/outputs/reconstruction.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
@@ -43,15 +45,18 @@ static enum vw_status measure_reconstruction(const struct vw_run_outputs_params 
 // Writes pictures of the scene and the field, so that the report can be made again without them.
 static enum vw_status write_pictures(const struct vw_run_outputs_params *params, struct vw_checksums *made) {
     const struct vw_residuals_params residuals = {
-        .scene = params->scene,
-        .trainer = params->trainer,
+        .panes = {.scene = params->scene,
+                  .trainer = params->trainer,
+                  .on_background = vw_effects_is_on(params->effects, params->effect_count, "background"),
+                  .fitted = vw_effects_fit_views(params->effects, params->effect_count)},
         .scoring = params->scoring,
         .config = params->config,
-        .on_background = vw_effects_is_on(params->effects, params->effect_count, "background"),
-        .fitted = vw_effects_fit_views(params->effects, params->effect_count),
         .out = params->out,
     };
-    enum vw_status status = vw_scene_map_write(params->scene, params->out, made);
+    const char **reasons = vw_allocate(params->scene->view_count, sizeof *reasons);
+    enum vw_status status = reasons ? vw_photo_reasons_find(&residuals, reasons) : VW_ERROR_MEMORY;
+    if (!status) status = vw_scene_map_write(params->scene, reasons, params->out, made);
+    free(reasons);
     return status || params->report.options.no_thumbnails ? status : vw_residuals_write(&residuals, made);
 }
 

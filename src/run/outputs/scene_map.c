@@ -6,6 +6,7 @@
 
 #include "base/hash.h"
 #include "base/json.h"
+#include "report/told.h"
 
 enum { REAL_DIGITS = 7 };
 
@@ -36,7 +37,13 @@ static json_t *points_of(const struct vw_scene *scene) {
     return points;
 }
 
-static char *map_to_text(const struct vw_scene *scene) {
+static json_t *reasons_to_json(const char *const *reasons, uint32_t count) {
+    json_t *array = json_array();
+    for (uint32_t v = 0; v < count; v++) vw_json_append(&array, reasons[v] ? vw_json_string(reasons[v]) : json_null());
+    return array;
+}
+
+static char *map_to_text(const struct vw_scene *scene, const char *const *reasons) {
     char hash[VW_HASH_HEX_BYTES];
     json_t *map = json_object(), *positions = json_array(), *directions = json_array();
     for (uint32_t v = 0; v < scene->view_count; v++) {
@@ -49,13 +56,15 @@ static char *map_to_text(const struct vw_scene *scene) {
     vw_json_set(&map, "positions", positions);
     vw_json_set(&map, "directions", directions);
     vw_json_set(&map, "points", points_of(scene));
+    vw_json_set(&map, "reasons", reasons_to_json(reasons, scene->view_count));
     char *text = vw_json_to_text(map, JSON_COMPACT | JSON_REAL_PRECISION(REAL_DIGITS));
     json_decref(map);
     return text;
 }
 
-enum vw_status vw_scene_map_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made) {
-    char *text = map_to_text(scene);
+enum vw_status vw_scene_map_write(const struct vw_scene *scene, const char *const *reasons, const char *out,
+                                  struct vw_checksums *made) {
+    char *text = map_to_text(scene, reasons);
     enum vw_status status = text ? vw_result_write(out, VW_SCENE_MAP_FILE, text, strlen(text), made)
                                  : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for " VW_SCENE_MAP_FILE, out);
     free(text);
@@ -75,6 +84,16 @@ static bool has_triples(const json_t *map, const char *key, size_t count) {
     return fits;
 }
 
+// Tells whether each image has a word that advice knows, or none. A map of an earlier version has no list.
+static bool has_reasons(const json_t *array, size_t count) {
+    bool fits = !array || (json_is_array(array) && json_array_size(array) == count);
+    for (size_t i = 0; fits && i < json_array_size(array); i++) {
+        const json_t *reason = json_array_get(array, i);
+        fits = json_is_null(reason) || vw_told_known_reason(json_string_value(reason));
+    }
+    return fits;
+}
+
 enum vw_status vw_scene_map_check(const char *path, json_t *map, const char *scene_hash, uint32_t image_count) {
     static const char remedy[] = "remove it, or value the photos again";
     const char *hash = json_string_value(json_object_get(map, "scene_hash"));
@@ -83,6 +102,7 @@ enum vw_status vw_scene_map_check(const char *path, json_t *map, const char *sce
                          : !has_triples(map, "positions", image_count)  ? "positions"
                          : !has_triples(map, "directions", image_count) ? "directions"
                          : point_count > VW_SCENE_MAP_POINTS_MAX || !has_triples(map, "points", point_count) ? "points"
+                         : !has_reasons(json_object_get(map, "reasons"), image_count)                        ? "reasons"
                                                                                                              : NULL;
     if (!hash || strcmp(hash, scene_hash) != 0)
         return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
