@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "base/text.h"
 #include "experiment/retrain.h"
 #include "ledger/find_image.h"
 #include "run/out_lock.h"
