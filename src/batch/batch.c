@@ -13,9 +13,11 @@
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "batch/child.h"
 #include "batch/jobs.h"
 #include "run/out_lock.h"
+#include "viewworth/log.h"
 
 enum { LOOK_NS = 50000000, LOG_END_BYTES = 2048, SIGNAL_CODE = 128 };
 // A killed batch's process may take so long to save what it has; then the job's own process says who writes there.
@@ -381,6 +383,8 @@ static enum vw_status run_jobs(const struct vw_batch_params *params, struct vw_b
         queue.children && queue.on_device ? read_records(batch, params->out, params->only) : VW_ERROR_MEMORY;
     if (!status && !params->merge_only) {
         forget_failures(batch);
+        uint32_t left = params->only ? 0 : batch->jobs->count - batch->done;
+        if (left) vw_log_info("batch    %u job%s; Ctrl-C keeps what is done", left, vw_plural(left));
         status = run_queue(&queue);
     }
     if (!status && queue.stopping && has_waiting(&queue)) status = VW_ERROR_INTERRUPTED;

@@ -21,6 +21,7 @@
 #include "scene/val_weights.h"
 #include "value/evaluation/score_tables.h"
 #include "value/matrix.h"
+#include "viewworth/log.h"
 #include "viewworth/value.h"
 
 enum { TRAIN_PHOTOS_LEAST = 2, LIST_COUNT = VW_SPLIT_EXCLUDED };
@@ -201,6 +202,7 @@ static enum vw_status share_session(struct work *work) {
 // Trains the folds one by one; photos are in memory only while their fold trains.
 static enum vw_status train(struct work *work) {
     enum vw_status status = VW_OK;
+    vw_log_info("kfold    %u trainings, less what is done already; Ctrl-C keeps what is done", work->params->folds);
     for (uint32_t done = 0, made = 0; !status && done < work->params->folds; done += made) {
         status = vw_run_group_make(&work->params->common, work->runs + done, work->params->folds - done, &made);
         for (uint32_t k = done; k < done + made; k++) vw_scene_close(&work->folds[k].session.scene);

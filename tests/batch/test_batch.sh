@@ -36,6 +36,7 @@ states() { # states OUT: of all its jobs
 jobs_file jobs.json 2 ', {"name": "none", "scene": "none.json", "seeds": [5]}'
 check "a batch of four and one that fails" ends_with 1 '1 of 5 jobs failed; .*none/seed-5: .*none\.json: no such scene' \
     batch jobs.json many --per-device 2
+check "tells first how many there are" grep -qx 'batch    5 jobs; Ctrl-C keeps what is done' "$folder/stderr"
 check "tells each that is done" test "$(grep -cE '^done [1-4] of 5: [ab]/seed-[01], [0-9]+ s$' "$folder/stderr")" = 4
 check "and the one that failed" grep -q '^warning: failed: none/seed-5, exit code 2: .*no such scene' "$folder/stderr"
 check "prints a table" grep -qE '^done +[0-9.]+ +6 +12 +[0-9.]+ -> [0-9.]+  a/seed-0$' "$folder/stdout"

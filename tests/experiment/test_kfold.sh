@@ -47,6 +47,9 @@ check "an entry is what a fold's ledger says" test "$(table matrix.csv "SELECT c
 check "the report shows the folds" grep -q 'fold-3' "$folder/whole/report.html"
 check "a fold is an ordinary run" "$program" verify "$folder/whole/fold-2" --replay 5 --device llvmpipe --quiet
 
+"$program" value "$scene" --out "$folder/whole" "${tiny[@]}" --no-thumbnails --kfold 3 >"$folder/stdout" 2>"$folder/stderr"
+check "how many trainings is said" grep -qx 'kfold    3 trainings, less what is done already; Ctrl-C keeps what is done' \
+    "$folder/stderr"
 before=$(checksums whole)
 check "again: nothing is left to do" kfold whole --kfold 3 --json
 check "and nothing changes" test -n "$before" -a "$(checksums whole)" = "$before"

@@ -16,7 +16,8 @@ metric() { ask whole "SELECT $2 FROM metric WHERE method = 'dv_psnr' AND configu
 
 parameters=(--parameters rays,val-rays,epochs,downscale --halves 8)
 check "a sweep" sweep whole "${parameters[@]}"
-check "it says beforehand how long it takes" grep -qE '^tradeoff [0-9]+ configurations with 2 seeds each.*about [0-9]+ min' "$folder/stderr"
+check "it says beforehand how long it takes" grep -qE \
+    '^tradeoff [0-9]+ configurations with 2 seeds each.*about [0-9.]+ (s|min|h) .*; Ctrl-C keeps what is done$' "$folder/stderr"
 rows=$(grep -cE '^(base|full_resolution|rays-|val-rays-|epochs-|downscale-)' "$folder/stdout")
 check "the table has a row per configuration" test "$rows" = "$(ask whole 'SELECT count(DISTINCT configuration) FROM metric')"
 check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "configuration,parameter,value,base,epochs,steps,\

@@ -41,7 +41,7 @@ struct advice_table {
     struct vw_csv csv;
     struct advised *photos; // owned
     size_t count, capacity;
-    size_t folder_length; // of what all names begin with
+    size_t folder_length; // length of what all names begin with
 };
 
 static enum vw_told_advice advice_of(const char *word) {

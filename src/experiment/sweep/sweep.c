@@ -1,6 +1,5 @@
 #include "experiment/sweep/sweep.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,6 +8,7 @@
 #include "base/hash.h"
 #include "base/inside.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "experiment/experiment.h"
 #include "experiment/sweep/state.h"
 #include "run/outputs/report_folder.h"
@@ -73,16 +73,18 @@ static void log_duration(const struct vw_sweep_state *state) {
     const struct vw_sweep_params *params = state->params;
     uint32_t count = state->configurations->count, retrainings = params->evaluator ? params->evaluator->trainings : 0;
     double seconds = 0, train_ms, value_ms;
+    char about[VW_DURATION_BYTES];
     for (uint32_t i = 0; i < count; i++) {
         vw_sweep_step_ms(state, i, &train_ms, &value_ms);
         seconds += 1e-3 * value_ms * (double)vw_sweep_steps(state, i) * params->common.seeds;
     }
     vw_sweep_step_ms(state, 0, &train_ms, &value_ms);
     seconds += 1e-3 * train_ms * (double)vw_sweep_steps(state, 0) * retrainings;
+    vw_text_duration(seconds, about);
     vw_log_info(
-        "tradeoff %u configurations with %u seeds each, and %u trainings of subsets: about %.0f min in all, less "
-        "what is done already",
-        count, params->common.seeds, retrainings, ceil(seconds / 60));
+        "tradeoff %u configurations with %u seeds each, and %u trainings of subsets: about %s in all, less what "
+        "is done already; Ctrl-C keeps what is done",
+        count, params->common.seeds, retrainings, about);
 }
 
 // Tells whether a configuration's folder has the ledgers of all seeds.
