@@ -60,9 +60,12 @@ TEST_WITHIN(one_step_has_no_time, set_up, tear_down) {
     struct vw_estimate estimate = {0};
     uint32_t view = 0;
     vw_config_set_epochs(&f->config, 1);
+    ASSERT_OK(vw_session_decide_effects(&f->config, &f->session));
     ASSERT_OK(vw_estimate_take_steps(&(struct vw_trainer_params){.gpu = f->session.devices[0].gpu,
                                                                  .scene = f->session.scene,
                                                                  .config = &f->config,
+                                                                 .effects = f->session.effects,
+                                                                 .effect_count = f->session.effect_count,
                                                                  .train_views = &view,
                                                                  .train_view_count = 1},
                                      &estimate));

@@ -128,6 +128,10 @@ TEST(replays_the_run_and_passes_the_gate) {
     assert_agree(predicted_loss, measured_loss, TRAINS, 0.9);
     assert_same_size(predicted, measured, TRAINS);
     assert_same_size(predicted_loss, measured_loss, TRAINS);
+    run->records[STEPS].val_psnr = run->records[STEPS].val_l1 = NAN; // as of a step that was not finite
+    ASSERT_OK(vw_lasting_measure(lasting, run->records, from, checks, 1));
+    assert_near(checks[0].measured_psnr, measured[0], 1e-9);
+    assert_near(checks[0].measured_loss, measured_loss[0], 1e-9);
     vw_lasting_destroy(&lasting);
 }
 

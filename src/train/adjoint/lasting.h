@@ -57,7 +57,7 @@ enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uin
 // The gate: once all credits are handed out, tests what they say. The steps on `view` after `from_step` are made longer
 // by VW_LASTING_SCALED of themselves in a retraining from there on with everything else as it was. The change of U
 // against the recorded training, per length of a step, is to be compared with the sum of the credits of these steps.
-#define VW_LASTING_SCALED 0.3
+#define VW_LASTING_SCALED 0.1
 struct vw_lasting_check {
     uint32_t view;                       // given: scene index
     double measured_psnr, measured_loss; // in units of the credits; NaN where a retraining was not finite

@@ -85,8 +85,7 @@ static struct outcome outcome_of(const struct vw_lasting *lasting, const struct 
 enum vw_status vw_lasting_measure(struct vw_lasting *lasting, const struct vw_step_record *records, uint64_t from_step,
                                   struct vw_lasting_check *checks, uint32_t count) {
     struct vw_snapshot state = {0};
-    const struct outcome recorded = outcome_of(lasting, records);
-    struct outcome longer = {0};
+    struct outcome recorded = outcome_of(lasting, records), longer = {0};
     if (lasting->replay.context->config->beta1 > 0)
         return vw_fail(VW_ERROR_USAGE,
                        "the gate scales steps, which with momentum belong to several photos; use --no-gate");
@@ -94,6 +93,8 @@ enum vw_status vw_lasting_measure(struct vw_lasting *lasting, const struct vw_st
         return vw_fail(VW_ERROR_USAGE,
                        "the gate follows the whole backward pass, from a step before the states that it measures");
     enum vw_status status = prepare(lasting, from_step, &state);
+    // A step that was not finite has no values in its record, although the state after it may well have some.
+    if (!status && isnan(recorded.psnr)) status = retrain(lasting, from_step, 0, 0.0f, &recorded);
     for (uint32_t i = 0; i < count && !status; i++) {
         status = restore(lasting, &state);
         if (!status) status = retrain(lasting, from_step, checks[i].view, (float)VW_LASTING_SCALED, &longer);
