@@ -97,20 +97,20 @@ TEST(renders_tell_pose_and_occluder) {
     AUTO(vw_panes_free) struct vw_panes sound = make_panes(0), moved = make_panes(4);
     assert_string_equal(reason_of(&sound), "noise"); // as it was
     assert_string_equal(reason_of(&moved), "pose");
-    cover(&sound, 20, 6, false); // too small
+    cover(&sound, 20, 15, false); // too small
     assert_string_equal(reason_of(&sound), "noise");
     vw_panes_free(&sound);
 
     sound = make_panes(0);
-    cover(&sound, 5, 20, false);
+    cover(&sound, 5, 30, false);
     assert_string_equal(reason_of(&sound), "occluder");
-    cover(&sound, 5, 20, true);
+    cover(&sound, 5, 30, true);
     assert_string_equal(reason_of(&sound), "noise");
     vw_panes_free(&sound);
 
     sound = make_panes(0); // two regions of equal error
-    cover(&sound, 4, 16, false);
-    cover(&sound, 40, 16, false);
+    cover(&sound, 2, 25, false);
+    cover(&sound, 37, 25, false);
     assert_string_equal(reason_of(&sound), "noise");
     vw_panes_free(&moved);
 }
