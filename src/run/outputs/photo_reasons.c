@@ -15,7 +15,7 @@
 #define OUTLIER_SPREADS 3.0 // in addition, so that nothing stands out among photos of many kinds
 #define FITS_ELSEWHERE 0.7  // share of the squared error after moving: sound photos had 0.72 and more
 #define REGION_ERROR 0.7    // share of the squared error in one region,
-#define REGION_AREA 0.2     // which has this share of the pixels: no sound photo had such a region
+#define REGION_AREA 0.2     // which has this share of the pixels: some sound photos of coarse runs have it, but fit
 #define ERROR_LEAST 0.01    // squared error of a pixel of a region,
 #define TIMES_MEDIAN 2      // and beside the photo's median
 enum { HEIGHT_PX = 36 };
