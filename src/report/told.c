@@ -38,10 +38,12 @@ struct evidence {
 };
 
 static const char *find_reason(const struct evidence *evidence, const struct vw_ledger_image *image, uint32_t place,
-                               const char *otherwise) {
+                               bool look, const char *otherwise) {
     const json_t *reasons = json_object_get(evidence->map, "reasons");
     const char *found = vw_told_known_reason(json_string_value(json_array_get(reasons, place)));
-    if (found) return found;
+    // Renders explain why a photo fits badly; a photo that fits has a region of error by chance.
+    bool by_render = found && (strcmp(found, "pose") == 0 || strcmp(found, "occluder") == 0);
+    if (found && (look || !by_render)) return found;
     return is_duplicate(evidence->duplicates, image->name) ? "duplicate" : otherwise;
 }
 
@@ -91,13 +93,13 @@ static void judge(const struct evidence *evidence, const struct vw_ledger_image 
                   bool trusted, struct vw_told *told) {
     bool helps = told->score && has_zero(told->score->method) && told->score->ci_low > 0;
     if (marks & VW_ADVICE_LOOK)
-        told->advice = VW_TOLD_LOOK, told->reason = find_reason(evidence, image, place, "no reason found");
+        told->advice = VW_TOLD_LOOK, told->reason = find_reason(evidence, image, place, true, "no reason found");
     else if (marks & VW_ADVICE_LONE) told->advice = VW_TOLD_KEEP, told->reason = "lone view";
     else if (trusted && (marks & VW_ADVICE_REMOVABLE))
-        told->advice = VW_TOLD_DROP, told->reason = find_reason(evidence, image, place, "adds little");
+        told->advice = VW_TOLD_DROP, told->reason = find_reason(evidence, image, place, false, "adds little");
     else if (trusted && (marks & VW_ADVICE_IRREPLACEABLE)) told->advice = VW_TOLD_KEEP, told->reason = "among the best";
     else if (trusted && helps) told->advice = VW_TOLD_KEEP, told->reason = "helps";
-    else told->advice = VW_TOLD_UNCLEAR, told->reason = find_reason(evidence, image, place, "within noise");
+    else told->advice = VW_TOLD_UNCLEAR, told->reason = find_reason(evidence, image, place, false, "within noise");
 }
 
 static json_t *parse(const char *text) { return text ? vw_json_load(text, strlen(text), 0, NULL) : NULL; }

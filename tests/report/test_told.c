@@ -25,7 +25,7 @@ TEST(reasons_are_those_of_the_run) {
              "{\"header\":[\"group\",\"name\"],\"rows\":[[\"1\",\"images/3.png\"],[\"1\",\"images/5.png\"]]}");
     assert_null(told[0].reason); // it validates
     assert_int_equal(told[1].advice, VW_TOLD_UNCLEAR);
-    assert_string_equal(told[1].reason, "pose");
+    assert_string_equal(told[1].reason, "within noise"); // it fits: its render accuses nobody
     assert_int_equal(told[2].advice, VW_TOLD_LOOK);
     assert_string_equal(told[2].reason, "blur");
     assert_string_equal(told[3].reason, "duplicate");

@@ -14,11 +14,13 @@
 #define NOISY 2.5           // times the median noise: sound photos had 1.5 and less, noisy ones 2.9 and more
 #define OUTLIER_SPREADS 3.0 // in addition, so that nothing stands out among photos of many kinds
 #define FITS_ELSEWHERE 0.7  // share of the squared error after moving: sound photos had 0.72 and more
-#define REGION_ERROR 0.75   // share of the squared error in one region: sound photos had 0.71 and less
-#define REGION_AREA 0.03    // share of the pixels: smaller regions are details that the field lacks
-#define ERROR_LEAST 0.1     // root mean square over the channels that makes a pixel part of a region,
-#define ERROR_TIMES_MEDIAN 3                 // and beside the photo's median pixel
-enum { HEIGHT_PX = 36, MOVES_PER_SIDE = 4 }; // renders are moved by up to a quarter of a side
+#define REGION_ERROR 0.7    // share of the squared error in one region,
+#define REGION_AREA 0.2     // which has this share of the pixels: some sound photos of coarse runs have it, but fit
+#define ERROR_LEAST 0.01    // squared error of a pixel of a region,
+#define TIMES_MEDIAN 2      // and beside the photo's median
+enum { HEIGHT_PX = 36 };
+enum { MOVES_PER_SIDE = 4 }; // renders are moved by up to a quarter of a side
+enum { SMOOTH_PX = 2 };      // half a window, for an occluder whose pattern partly has the colours of the photo
 
 // ---- Pixels --------------------------------------------------------------------------------------------------------
 
@@ -112,14 +114,27 @@ static void fill(struct region *region, const uint32_t size_px[2], uint32_t star
     }
 }
 
+// Returns the mean squared error around a pixel; 0 for a pixel that does not count.
+static double smooth_error(const struct vw_panes *panes, uint32_t pixel) {
+    double sum = 0, count = 0;
+    int width = (int)panes->size_px[0], height = (int)panes->size_px[1], x = (int)pixel % width, y = (int)pixel / width;
+    for (int v = y - SMOOTH_PX; v <= y + SMOOTH_PX; v++)
+        for (int u = x - SMOOTH_PX; u <= x + SMOOTH_PX; u++) {
+            if (u < 0 || v < 0 || u >= width || v >= height || !panes->counts[v * width + u]) continue;
+            sum += squared_error(panes, (uint32_t)(v * width + u), (uint32_t)(v * width + u));
+            count++;
+        }
+    return panes->counts[pixel] ? sum / count : 0;
+}
+
 static bool has_region(const struct vw_panes *panes, struct region *region, double *scratch) {
     double total = 0;
     uint32_t pixels = panes->size_px[0] * panes->size_px[1];
     for (uint32_t i = 0; i < pixels; i++) {
-        scratch[i] = region->errors[i] = panes->counts[i] ? squared_error(panes, i, i) : 0;
+        scratch[i] = region->errors[i] = smooth_error(panes, i);
         total += region->errors[i];
     }
-    region->limit = fmax(pow(ERROR_TIMES_MEDIAN, 2) * vw_median(scratch, pixels), pow(ERROR_LEAST, 2));
+    region->limit = fmax(TIMES_MEDIAN * vw_median(scratch, pixels), ERROR_LEAST);
     for (uint32_t i = 0; i < pixels; i++) {
         fill(region, panes->size_px, i);
         if (region->error >= REGION_ERROR * total && region->pixels >= REGION_AREA * pixels) return true;
