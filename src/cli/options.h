@@ -83,7 +83,7 @@ struct vw_options {
     uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
     uint32_t views;
     bool only_render, depth;
-    const char *pose, *path, *video; // of render: without a photo
+    const char *pose, *path, *video; // cameras that render takes without photos
     uint32_t frames;
     const char *devices; // indices or names with commas between, or "all"
     uint32_t per_device; // processes at a time

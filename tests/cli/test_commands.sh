@@ -119,7 +119,8 @@ check "and what each command costs at each level" answers "(SELECT count(*) = 20
     AND min(price.value ->> 'seconds') > 0 FROM json_each(j, '\$.prices') AS level, json_each(level.value) AS price)
     AND j ->> '\$.prices.draft.worth.seconds' < j ->> '\$.prices.reference.worth.seconds'" "$program" info "$scene" --pilot-steps 0 --json
 check "a level that does not fit has no price" answers "j ->> '\$.prices.reference.worth.seconds' IS NULL
-    AND j ->> '\$.prices.draft.worth.seconds' > 0" "$program" info "$scene" --pilot-steps 0 --base-resolution 32 --growth 2 --levels 8 --json
+    AND j ->> '\$.prices.draft.worth.seconds' > 0" "$program" info "$scene" --pilot-steps 0 --base-resolution 32 --growth 2 \
+    --levels 8 --json
 check "info tells it in words" prints '^worth --retrainings 64 +64( +[0-9.]+ (s|min|h)){4}$' "$program" info "$scene" --pilot-steps 0
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
