@@ -128,7 +128,7 @@ check "info tells it in words" prints '^worth --retrainings 64 +64( +[0-9.]+ (s|
 
 check "value prints photos and files" prints '^lowest credit$' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
 check "a recipe's photos are shown with their quality and their ground-truth label" \
-    test "$(grep -cE ' % .* quality [01]\.[0-9]{2}  view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
+    test "$(grep -cE ' % .* quality [01]\.[0-9]{2}  view_[0-9]+ \(clean\)$' "$folder/stdout")" = 6
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
 check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74
