@@ -248,7 +248,6 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
     if (status || !left) return status;
     const struct vw_trainer_params params = params_of(retrainer, retrainings, 0, &config);
     status = vw_estimate_take_steps(&params, &estimate);
-    if (status == VW_ERROR_MEMORY) return status;
     if (status) estimate.seconds_per_step = NAN; // the training itself fails, after those before it
     vw_text_about(left * estimate.seconds_per_step * (double)estimate.steps / retrainer->params.session->device_count,
                   about);
