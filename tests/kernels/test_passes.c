@@ -65,6 +65,8 @@ static const struct vw_shader *const elsewhere[] = {
     &vw_shader_gather_weights, &vw_shader_gather_code, &vw_shader_multiply_blocks,
     // test_hard_importance
     &vw_shader_place_samples,
+    // test_measure_views
+    &vw_shader_composite_rays_depth, &vw_shader_colour_splats_depth, &vw_shader_show_pixels_depth,
     // test_mlp_gradients
     &vw_shader_encode_samples, &vw_shader_multiply_layer, &vw_shader_multiply_layer_back, &vw_shader_activate_samples,
     &vw_shader_activate_samples_back, &vw_shader_gradient_weights_layer, &vw_shader_reduce_weights_layer,

@@ -56,7 +56,7 @@ FOLDER_TEST(other_photos_do_not_move) {
     tiny_scene_write(*state, &(struct tiny_scene){.first = 3, .count = 11});
     struct vw_scene *fewer = tiny_scene_open(WITH_SPLITS(splits));
     check_splits(fewer, "tTtttvtttTt"); // the rule would say vtttTtttvtt
-    check_note(fewer, "3 photos that ");
+    check_note(fewer, "skipped 3 photos that ");
     tiny_scene_write(*state, &(struct tiny_scene){.count = 16});
     struct vw_scene *more = tiny_scene_open(WITH_SPLITS(splits));
     check_splits(more, "vtttTtttvtttTttt");
