@@ -10,7 +10,7 @@ train() { "$program" train "$scene" --out "$folder/$1" "${splats[@]}" --epochs 2
 lists() { (cd "$folder/$1" && sha256sum -c --strict --quiet SHA256SUMS && grep -q ' field.ply$' SHA256SUMS); }
 
 check "train leaves splats" eval 'run train first && lists first && grep -aq "^comment SplatRenderMode: default$" "$folder/first/field.ply"'
-check "value leaves the same" eval 'run value valued && lists valued && says "^splats .*/field.ply$" &&
+check "value leaves the same" eval 'run value valued && lists valued && says "^files .*/field.ply" &&
     cmp "$folder/first/field.ply" "$folder/valued/field.ply"'
 check "with its path in JSON" answers "j->>'splats' LIKE '%/field.ply'" "$program" value "$scene" --out "$folder/valued" "${splats[@]}" \
     --epochs 2 --resume --json
