@@ -168,6 +168,9 @@ enum vw_status vw_photo_list_write(const struct vw_photo_list *list, const char 
     if (list->scene_path)
         status = find_format(&(struct vw_scene_params){.path = list->scene_path, .format = list->scene_format}, &found);
     if (!status && found) status = vw_photo_list_check_place(list);
+    // No trainer reads a .txt as transforms, and --train takes names.
+    if (!status && found && found->write_list == vw_transforms_write_list && vw_path_ends_with(list->to, ".txt"))
+        found = NULL;
     if (!status) status = found ? found->write_list(list, opens) : vw_names_write_list(list, opens);
     if (!status) *format = found && found->write_list != vw_names_write_list ? found->name : "text";
     return status;

@@ -34,15 +34,6 @@ frames() {
         WHERE $2"
 }
 
-write_photos() { # write_photos FOLDER
-    local i
-    for i in "${!names[@]}"; do
-        mkdir -p "$(dirname "$1/${names[i]}")"
-        write_photo "$1/${names[i]}"
-        printf '%s' "$i" >>"$1/${names[i]}" # behind the image's end: only its hash differs
-    done
-}
-
 # The model of the same cameras, in FOLDER.
 write_model() {
     local i
@@ -148,6 +139,8 @@ check "the best photos of transforms.json are listed" prints '^kept     5 of 12 
     "$program" select "$folder/single.run" --top 5 --to "$best"
 check "the way to train on them is shown" grep -qx "train    viewworth value $best --out ANOTHER" "$folder/stdout"
 check "that the rule was not verified is said" says '^nothing was verified: the rule was taken as asked; --verify retrains'
+check "a .txt of a transforms scene has names" prints '\(text\)$' "$program" select "$folder/single.run" --top 5 --to "$folder/names.txt"
+check "it is a list for --train" trains named.again "$single" --train "$folder/names.txt"
 check "--quick trains nothing and says so" prints '^nothing was verified: --quick does not retrain$' \
     "$program" select "$folder/single.run" --quick --to "$folder/quick.json"
 check "it leaves only outliers out" says '^kept     12 of 12 photos to train on, by train_fit, dv_psnr, dv_loss: all but robust outliers$'

@@ -20,14 +20,6 @@ frames() { # frames PREFIX KEYS: of transforms.json; every second photo has a ma
                 head, cos(a), sin(a), 3 * sin(a), -sin(a), cos(a), 3 * cos(a) }'
     done
 }
-write_photos() { # write_photos FOLDER
-    local i
-    for i in "${!names[@]}"; do
-        mkdir -p "$(dirname "$1/${names[i]}")"
-        write_photo "$1/${names[i]}"
-        printf '%s' "$i" >>"$1/${names[i]}" # behind the image's end: only its hash differs
-    done
-}
 
 transforms=$folder/transforms
 write_photos "$transforms/pictures"
@@ -116,8 +108,8 @@ check "an imported run is refused before its scores choose" refuses 'was importe
     --copy "$folder/none"
 check "a recipe is refused before any training" eval 'refuses "a recipe has no photo files" "$folder/recipe.run" --copy "$folder/none" &&
     test ! -e "$folder/recipe.run/retrainings.db"'
-check "so is a list whose name does not fit the scene" eval 'refuses "list.txt: the scene has the format transforms" \
-    "$folder/transforms.run" --to "$folder/best.list.txt" && test ! -e "$folder/transforms.run/retrainings.db"'
+check "so is a list whose name does not fit the scene" eval 'refuses "best.list: the scene has the format transforms" \
+    "$folder/transforms.run" --to "$folder/best.list" && test ! -e "$folder/transforms.run/retrainings.db"'
 check "and one that is there, before the copy is made" refuses 'list.txt: exists' "$folder/colmap.run" --drop 1 --to "$folder/list.txt" \
     --copy "$folder/none"
 mkdir "$folder/new"

@@ -91,3 +91,13 @@ write_photo() {
     base64 -d >"$1" <<<'iVBORw0KGgoAAAANSUhEUgAAAAgAAAAGCAIAAABxZ0isAAAAY0lEQVR4nA3JIQEAMQwEwYgIrpJTUhwRhSsguEpOyeOI+Q6dyCAX
 KXKTh7ykyY9QoIWENjroIqMXFdSiRG3qUJcy9aKDXrToTR/60qZfOPDCwhsffLHxiwlmMWI2c5jLmPn4AeieQjFag8aUAAAAAElFTkSuQmCC'
 }
+
+# write_photos FOLDER: a photo of each name in the array `names`.
+write_photos() {
+    local i
+    for i in "${!names[@]}"; do
+        mkdir -p "$(dirname "$1/${names[i]}")"
+        write_photo "$1/${names[i]}"
+        printf '%s' "$i" >>"$1/${names[i]}" # behind the image's end: only its hash differs
+    done
+}
