@@ -172,23 +172,23 @@ static struct seen look(const struct vw_scene *scene, const struct vw_image *ima
     uint32_t x = (uint32_t)clamped(x_px, image->width_px), y = (uint32_t)clamped(y_px, image->height_px);
     vw_image_pixel(image, x, y, rgba);
     for (int c = 0; c < 3; c++) seen.rgb[c] = rgba[3] * rgba[c] + (1.0f - rgba[3]) * scene->background[c];
-    seen.luminance = (float)vw_image_luminance(image, x, y, scene->background);
+    seen.luminance = 0.2126f * seen.rgb[0] + 0.7152f * seen.rgb[1] + 0.0722f * seen.rgb[2]; // Rec. 709
     return seen;
 }
 
-// Writes the mean colour and the deviation of the luminance of 5 x 5 pixels, `apart_px` from each other.
+// Writes the mean colour and the deviation of the luminance of 3 x 3 pixels, `apart_px` from each other.
 static void look_around(const struct vw_scene *scene, const struct vw_image *image, float x_px, float y_px,
                         float apart_px, float numbers[4]) {
     float sums[3] = {0.0f}, luminance = 0.0f, squares = 0.0f;
-    for (int i = 0; i < 25; i++) {
+    for (int i = 0; i < 9; i++) {
         struct seen seen =
-            look(scene, image, x_px + (float)(i % 5 - 2) * apart_px, y_px + (float)(i / 5 - 2) * apart_px);
+            look(scene, image, x_px + (float)(i % 3 - 1) * apart_px, y_px + (float)(i / 3 - 1) * apart_px);
         for (int c = 0; c < 3; c++) sums[c] += seen.rgb[c];
         luminance += seen.luminance;
         squares += seen.luminance * seen.luminance;
     }
-    for (int c = 0; c < 3; c++) numbers[c] = 4.0f * sums[c] / 25.0f - 2.0f;
-    numbers[3] = 10.0f * sqrtf(fmaxf(squares / 25.0f - luminance * luminance / 625.0f, 0.0f));
+    for (int c = 0; c < 3; c++) numbers[c] = 4.0f * sums[c] / 9.0f - 2.0f;
+    numbers[3] = 10.0f * sqrtf(fmaxf(squares / 9.0f - luminance * luminance / 81.0f, 0.0f));
 }
 
 // Factors bring photos' usual values to about unit size.
@@ -201,7 +201,7 @@ static void look_at_photo(const struct vw_scene *scene, uint32_t view, float x_p
           down = look(scene, image, x_px, y_px + 1.0f).luminance - look(scene, image, x_px, y_px - 1.0f).luminance;
     numbers[3] = 5.0f * sqrtf(across * across + down * down);
     look_around(scene, image, x_px, y_px, 1.0f, numbers + 4);
-    look_around(scene, image, x_px, y_px, fmaxf(roundf((float)image->width_px / 40.0f), 2.0f), numbers + 8);
+    look_around(scene, image, x_px, y_px, fmaxf(roundf((float)image->width_px / 20.0f), 2.0f), numbers + 8);
 }
 
 void vw_features_at(const struct vw_features *features, uint32_t view, float x_px, float y_px,

@@ -342,7 +342,7 @@ TEST(gaps_are_those_of_all_pairs) {
 // ---- What is refused ------------------------------------------------------------------------------------------------
 
 TEST(effects_that_splats_cannot_have_are_refused_by_name) {
-    static const char *const possible = "distortion,background,masks,sky,appearance";
+    static const char *const possible = "distortion,background,masks,sky,appearance,uncertainty";
     struct vw_effect_verdict listed[VW_EFFECT_COUNT_MAX];
     uint32_t count, kept = 0;
     vw_effects_list(listed, &count);
