@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/hash.h"
 #include "base/memory.h"
@@ -28,20 +29,29 @@ struct vw_features {
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
 
+static enum vw_status hash_file(const struct vw_scene_builder *builder, struct vw_scene_builder_photo *photo) {
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(builder->folder, photo->features_path, &descriptor);
+    if (status) return status;
+    status = vw_sha256_descriptor(descriptor, photo->features_path, photo->features_sha256);
+    close(descriptor);
+    return status;
+}
+
 enum vw_status vw_features_find(struct vw_scene_builder *builder) {
     enum vw_status status = VW_OK;
+    uint32_t found = 0;
     for (uint32_t v = 0; v < builder->scene->view_count && !status; v++) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
-        void *data = NULL;
-        size_t size_bytes = 0;
         if (builder->scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
         status = vw_scene_find_beside(builder->folder, photo->image_path, "features", ".npy", &photo->features_path);
         if (status || !photo->features_path) continue;
-        status = vw_scene_file_read(builder->folder, photo->features_path, FILE_BYTES_MOST, &data, &size_bytes);
-        if (!status) vw_sha256(data, size_bytes, photo->features_sha256);
-        free(data);
+        status = hash_file(builder, photo);
+        found++;
     }
-    return status;
+    if (status || !found) return status;
+    return vw_scene_note(builder->scene, "%u photos have files in features/, which the effect uncertainty reads",
+                         found);
 }
 
 // Projects a cell of many channels to VW_FEATURES numbers: sums with random signs.

@@ -35,6 +35,8 @@ static enum vw_status open_all(const struct vw_scene *scene, struct vw_features 
 FOLDER_TEST(maps_are_scaled_and_interpolated) {
     AUTO(vw_features_close) struct vw_features *features = NULL;
     struct vw_scene *scene = open_with_maps(*state, PHOTOS, 2);
+    assert_string_equal(scene->notes[scene->note_count - 1],
+                        "8 photos have files in features/, which the effect uncertainty reads");
     float numbers[VW_FEATURES];
     double deviation = sqrt(5.25 + 35.0 / 12.0);
     ASSERT_OK(open_all(scene, &features));

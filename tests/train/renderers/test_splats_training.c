@@ -17,12 +17,8 @@ static const struct {
     double beta1;
     const char *effects;
     double ssim_weight;
-} cases[] = {{2, 1, 0.0, "none", 0.0},
-             {4, 0, 0.0, "sky,appearance", 0.0},
-             {9, 3, 0.9, "background", 0.0},
-             {3, 1, 0.0, "none", 0.2},
-             {9, 1, 0.0, "sky,appearance", 1.0},
-             {3, 1, 0.0, "sky,uncertainty", 0.2}};
+} cases[] = {{2, 1, 0.0, "none", 0.0}, {4, 0, 0.0, "sky,appearance", 0.0}, {9, 3, 0.9, "background", 0.0},
+             {3, 1, 0.0, "none", 0.2}, {9, 1, 0.0, "sky,appearance", 1.0}, {3, 1, 0.0, "sky,uncertainty", 0.2}};
 
 static struct vw_config config_of_case(size_t i) {
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);
