@@ -67,14 +67,15 @@ typedef uint32_t vw_uint;
     X(72, TILE_TO4, tile_to4, uint, 1)             /* rows that an invocation of multiply_layer writes */ \
     X(73, TILE_FROM4, tile_from4, uint, 1)         /* and reads */ \
     X(74, EFFECT_VISIBILITY, effect_visibility, uint, 0) \
-    X(75, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility begins */ \
+    X(75, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility or uncertainty begins */ \
     X(76, STRATA, strata, uint, 32)                /* of a ray, each with one even sample: SAMPLES without importance samples */ \
     X(77, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */ \
     VW_TRANSIENT_CONSTANTS(X) \
     X(87, EFFECT_POSE, effect_pose, uint, 0) \
     X(88, EFFECT_APPEARANCE_ENCODER, effect_appearance_encoder, uint, 0) \
     X(89, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */ \
-    X(90, SLICE_PARTS, slice_parts, uint, 1)       /* lanes of gradient_weights that share a slice: 1 to 64, a power of two */
+    X(90, SLICE_PARTS, slice_parts, uint, 1)       /* lanes of gradient_weights that share a slice: 1 to 64, a power of two */ \
+    X(91, EFFECT_UNCERTAINTY, effect_uncertainty, uint, 0)
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
@@ -117,6 +118,7 @@ struct vw_specialization {
     uint effect_pose;
     uint effect_appearance_encoder, encoder_column;
     uint slice_parts;
+    uint effect_uncertainty;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -222,12 +224,12 @@ VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // inputs and outputs of layers
 VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 60)   // the same as RGBA32F texels
 VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the backward pass is at
 VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 62) // likewise
-// The rest only with the effect visibility, see visibility.glsl.
-VW_ENUM(VW_SLOT_VISIBILITY, 63)          // vec2 per ray: how visible it is, and the gradient by that, of the sum over rays; overwritten
+// The rest only with the effect visibility, see visibility.glsl; the first and the last also with uncertainty.
+VW_ENUM(VW_SLOT_VISIBILITY, 63)          // vec2 per ray: how visible or certain it is, and the gradient by that; overwritten
 VW_ENUM(VW_SLOT_PHOTO_SCALES, 64)        // vec2 per view: 2 / width and 2 / height in px
 VW_ENUM(VW_SLOT_VISIBILITY_CODES, 65)    // vec4 [view][VISIBILITY_CODE4]: a range of the params
 VW_ENUM(VW_SLOT_VISIBILITY_MOMENTS, 66)  // vw_visibility_moments per view
-VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 67) // vec4 [VISIBILITY_GROUP rays][VISIBILITY_COLUMNS]: shares of the network's gradient; overwritten
+VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 67) // vec4 [VISIBILITY_GROUP rays][columns of the network]: shares of its gradient; overwritten
 // The rest only with the effect transient.
 VW_ENUM(VW_SLOT_TRANSIENT_CODES, 68)        // vec4 [view][TRANSIENT_CODE4]: a range of the params
 VW_ENUM(VW_SLOT_TRANSIENT_CODE_MOMENTS, 69) // vw_transient_moments per view
@@ -266,7 +268,8 @@ VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 97)   // vec4 [column][stride]; w of scales and o
 VW_ENUM(VW_SLOT_BLENDED, 98)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
 VW_ENUM(VW_SLOT_SHOWN, 99)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
 VW_ENUM(VW_SLOT_D_WINDOWS, 100)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
-VW_ENUM(VW_SLOT_COUNT, 101)
+VW_ENUM(VW_SLOT_FEATURES, 101)       // vec4 [as VW_SLOT_PIXELS][FEATURE4], written by the host; only with the effect uncertainty
+VW_ENUM(VW_SLOT_COUNT, 102)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -336,7 +339,13 @@ VW_ENUM(VISIBILITY_LAYER2, 160)    // first column of the second layer
 VW_ENUM(VISIBILITY_BIAS2, 224)     // first column of the biases of the second layer
 VW_ENUM(VISIBILITY_LOGIT, 228)     // first column of the logit
 VW_ENUM(VISIBILITY_COLUMNS, 233)
-VW_ENUM(VISIBILITY_GROUP, 32)      // rays whose gradients one workgroup sums: as many as fit 16 KiB of shared memory
+// The network of uncertainty likewise, whose inputs are a pixel's features and a constant 1.
+VW_ENUM(FEATURE4, 8)
+VW_ENUM(UNCERTAINTY_LAYER2, 128)
+VW_ENUM(UNCERTAINTY_BIAS2, 192)
+VW_ENUM(UNCERTAINTY_LOGIT, 196)
+VW_ENUM(UNCERTAINTY_COLUMNS, 201)
+VW_ENUM(VISIBILITY_GROUP, 32)      // rays whose gradients one workgroup sums, of either: as many as fit 16 KiB of shared memory
 
 struct vw_visibility_moments { // as vw_code_moments
     vw_float4 moment1[VISIBILITY_CODE4], moment2[VISIBILITY_CODE4];

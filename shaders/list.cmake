@@ -11,6 +11,7 @@ viewworth_add_shader(effects/appearance_encoder/spread_photo VARIANT codes DEFIN
 viewworth_add_shader(effects/appearance_encoder/spread_colours DEFINE VW_BACK)
 viewworth_add_shader(effects/appearance_encoder/add_gradients)
 viewworth_add_shader(effects/visibility/predict_visibility) # of the effect, as three below
+viewworth_add_shader(effects/visibility/predict_visibility VARIANT uncertainty DEFINE VW_UNCERTAINTY) # of that effect, as two below
 viewworth_add_shader(effects/occupancy/refresh_occupancy) # the four that skip empty space
 viewworth_add_shader(effects/occupancy/refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --table-precision float16, as the other two
 viewworth_add_shader(effects/occupancy/mark_samples)
@@ -42,7 +43,9 @@ viewworth_add_shader(networks/gradient_weights VARIANT layer DEFINE VW_LAYER)
 viewworth_add_shader(networks/reduce_weights VARIANT layer DEFINE VW_LAYER)
 viewworth_add_shader(effects/sky/gradient_sky) # of the effect alone
 viewworth_add_shader(effects/visibility/gradient_visibility)
+viewworth_add_shader(effects/visibility/gradient_visibility VARIANT uncertainty DEFINE VW_UNCERTAINTY)
 viewworth_add_shader(effects/visibility/reduce_visibility)
+viewworth_add_shader(effects/visibility/reduce_visibility VARIANT uncertainty DEFINE VW_UNCERTAINTY)
 viewworth_add_shader(field_hash/scatter_grid)
 viewworth_add_shader(field_hash/scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
 viewworth_add_shader(field_hash/scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores

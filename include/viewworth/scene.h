@@ -116,7 +116,7 @@ struct vw_scene {
     struct vw_photo_source *source; // owned; private: the photos' files and the place of their pixels; NULL: a recipe
     struct vw_exposure *exposures;  // owned; private: see vw_scene_estimate_exposures()
     // Hash of everything above that training depends on: names, splits, weights, image hashes, masks, cameras, poses,
-    // near and far, box, background, points, the views that see them and where, downscale; not of the path.
+    // near and far, box, background, points, the views that see them and where, features, downscale; not of the path.
     uint8_t hash[VW_HASH_BYTES];
 };
 

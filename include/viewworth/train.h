@@ -82,7 +82,7 @@ struct vw_config {
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     double ssim_weight;  // share of the loss of VW_FIELD_SPLATS that is 1 - SSIM, 0 to 1; 0 with other fields
-    double beta_min;     // least uncertainty of a colour with the effect transient, 0.001 to 10
+    double beta_min;     // least uncertainty of a colour with transient or uncertainty, 0.001 to 10
     double consistency_weight; // weight of HA-NeRF's consistency loss (appearance_encoder), 0 to 1000; 0: none
     enum vw_optimizer optimizer;
     double learning_rate; // 1e-12 to 1e6; at the first step

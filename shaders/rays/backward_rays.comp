@@ -1,6 +1,6 @@
 // One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples'
 // rgb and raw density, and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their
-// number. Sky, visibility and what appearance is fitted on are in the variant VW_RAY_EFFECTS alone (seen.glsl).
+// number. Sky, weights of rays and what appearance is fitted on are in the variant VW_RAY_EFFECTS alone (seen.glsl).
 #define SEES_BACK
 #include "effects/seen.glsl"
 #include "rays/composite.glsl"
@@ -16,8 +16,7 @@ BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_samples push; };
 
 #ifdef VW_RAY_EFFECTS
-#include "effects/visibility/visibility.glsl"
-BUFFER(VW_SLOT_VISIBILITY) buffer Visibility { vec2 visibility[]; };
+#include "effects/ray_weights.glsl"
 #endif
 
 void main() {
@@ -43,12 +42,9 @@ void main() {
     float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
     float loss = share * (value.x + value.y + value.z);
 #ifdef VW_RAY_EFFECTS
-    if (EFFECT_VISIBILITY != 0u && LOSS != LOSS_GIVEN) {
-        float visible = visibility[ray_index].x, hidden = 1.0 - visible,
-              by_size = ray.target_weight.w * size_weight(push.key);
-        visibility[ray_index].y = loss - 2.0 * by_size * hidden;
-        loss = visible * loss + by_size * hidden * hidden;
-        share *= visible;
+    if (rays_are_weighed() && LOSS != LOSS_GIVEN) {
+        loss = weigh_ray(ray_index, loss, ray.target_weight.w, push.key);
+        share *= ray_weight(ray_index);
     }
 #endif
     ray_loss[ray_index] = loss;

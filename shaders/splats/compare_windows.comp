@@ -13,6 +13,10 @@ BUFFER(VW_SLOT_SPLAT_TILES) readonly buffer Tiles { vw_splat_tile tiles[]; };
 BUFFER(VW_SLOT_D_WINDOWS) writeonly buffer DWindows { vec4 d_windows[]; };
 PUSH uniform Push { vw_push_splats push; };
 
+#ifdef VW_RAY_EFFECTS // the gradient is of windows times the weights of their rays
+#include "effects/ray_weights.glsl"
+#endif
+
 const uint SIDE = VW_SPLAT_SQUARE, PIXELS = SIDE * SIDE, TILES_ALONG = SIDE / SPLAT_SIDE;
 const float C1 = 0.01 * 0.01, C2 = 0.03 * 0.03;
 // Weights exp(-d^2 / (2 * 1.5^2)) by the distance in px.
@@ -76,8 +80,9 @@ float similarity(vec2 mean, vec3 second, out vec3 d_moments) {
     return value;
 }
 
-// Compares the windows about a pixel: leaves their slopes in place of the moments, and returns their loss.
-float compare(uint place, float weight) {
+// Compares the windows about a pixel: leaves their slopes, times the ray's weight, in place of the moments, and returns
+// their loss.
+float compare(uint place, float weight, float of_ray) {
     float whole = 1.0 / max(planes[SHARE * PIXELS + place], 1e-30), loss = 0.0;
     for (uint at = place; at < 3u * PIXELS; at += PIXELS) { // channels
         vec2 mean = vec2(planes[MEAN_SEEN * PIXELS + at], planes[MEAN_PHOTO * PIXELS + at]);
@@ -85,7 +90,7 @@ float compare(uint place, float weight) {
                            planes[SEEN_PHOTO * PIXELS + at]),
              d_moments;
         loss += 1.0 - similarity(whole * mean, whole * second, d_moments);
-        d_moments *= -weight * whole;
+        d_moments *= -weight * of_ray * whole;
         planes[D_MEAN * PIXELS + at] = d_moments.x;
         planes[D_SEEN_SEEN * PIXELS + at] = d_moments.y;
         planes[D_SEEN_PHOTO * PIXELS + at] = d_moments.z;
@@ -148,7 +153,11 @@ void main() {
     barrier();
     filter_planes(kind * PIXELS + line, SIDE);
     barrier();
-    float loss = compare(place, weight / 3.0);
+    float of_ray = 1.0;
+#ifdef VW_RAY_EFFECTS
+    if (rays_are_weighed()) of_ray = ray_weight(index);
+#endif
+    float loss = compare(place, weight / 3.0, of_ray);
     barrier();
     filter_slopes(kind, line);
     vec3 slope = channels_at(D_MEAN, place) + 2.0 * seen * channels_at(D_SEEN_SEEN, place);

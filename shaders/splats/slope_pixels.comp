@@ -1,6 +1,6 @@
 // The colour seen at every pixel of the tiles, its loss, and the gradients by the blended colour and by what is left of
-// the light from beyond. Gradients are of the sum over rays; the optimiser divides by their number. The sky, and
-// what fit_photo needs, are in the variant VW_RAY_EFFECTS alone (seen.glsl).
+// the light from beyond. Gradients are of the sum over rays; the optimiser divides by their number. The sky,
+// weights of rays, and what fit_photo needs, are in the variant VW_RAY_EFFECTS alone (seen.glsl).
 #define SEES_BACK
 #include "effects/seen.glsl"
 #include "rays/loss.glsl"
@@ -16,6 +16,10 @@ BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_splats push; };
 
+#ifdef VW_RAY_EFFECTS
+#include "effects/ray_weights.glsl"
+#endif
+
 void main() {
     uint index = invocation_index();
     if (index == 0u && splat_state.overflow != 0u) atomicOr(state.nonfinite, 1u); // the step is not taken
@@ -30,14 +34,21 @@ void main() {
     if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
     float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
     float loss = share * (value.x + value.y + value.z);
-    vec3 d_colour = share * slope;
+    vec4 window = vec4(0.0);
     if (SSIM_WEIGHT > 0.0) {
-        vec4 window = mix(vec4(0.0), d_windows[index], bvec4(drawn));
+        window = mix(window, d_windows[index], bvec4(drawn));
         loss = mix(loss, window.w, SSIM_WEIGHT);
-        d_colour = mix(d_colour, window.rgb, SSIM_WEIGHT);
     }
+#ifdef VW_RAY_EFFECTS
+    if (rays_are_weighed()) {
+        loss = weigh_ray(index, loss, ray.target_weight.w, push.key);
+        share *= ray_weight(index);
+    }
+#endif
+    vec3 d_colour = share * slope;
+    if (SSIM_WEIGHT > 0.0) d_colour = mix(d_colour, window.rgb, SSIM_WEIGHT);
     ray_loss[index] = loss;
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // nor here
-    seen_back(index, seen, ray.target_weight.w, backdrop, blended.a, d_colour);
+    seen_back(index, seen, 3.0 * share, backdrop, blended.a, d_colour);
     d_colours[index] = vec4(d_colour, dot(d_colour, backdrop));
 }

@@ -17,6 +17,7 @@ enum vw_random_purpose {
     VW_RANDOM_SIGN,           // step = pass, a = ray: of its three channels
     VW_RANDOM_IMPORTANCE,     // step = step, a = ray, b = sample / 4
     VW_RANDOM_GIVEN_PHOTO,    // step = step; of the consistency loss
+    VW_RANDOM_PROJECTION,     // a = channel of features; keyed by seed 0
 };
 
 // Draws four 32-bit words. Key: the seed's two halves. Counter: (step's low word, step's high word | purpose << 24, a,

@@ -12,8 +12,10 @@
 
 // The files of a view.
 struct vw_scene_builder_photo {
-    char *image_path; // owned
-    char *mask_path;  // owned; NULL: none
+    char *image_path;    // owned
+    char *mask_path;     // owned; NULL: none
+    char *features_path; // owned; NULL: none
+    uint8_t features_sha256[VW_HASH_BYTES];
     struct vw_image_header image_header, mask_header;
 };
 
@@ -36,6 +38,11 @@ struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, cons
                                           const struct vw_image_header *header);
 // Sets the mask file of the view that was added last; the path is copied.
 enum vw_status vw_scene_builder_set_mask(struct vw_scene_builder *builder, const char *mask_path);
+// Finds the file of a photo in a folder images/ of the scene folder: in the folder `place` beside it with the photo's
+// name, with the name and `ending`, or with `ending` in place of its extension. `*path` is owned by the caller; it
+// stays NULL if there is none.
+enum vw_status vw_scene_find_beside(const char *folder, const char *image_path, const char *place, const char *ending,
+                                    char **path);
 // Counts a photo whose file is missing.
 enum vw_status vw_scene_builder_count_missing(struct vw_scene_builder *builder, const char *name);
 // Adds notes on missing and rescaled photos.
@@ -71,6 +78,8 @@ enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
 // Fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the background
 // (photo.c).
 enum vw_status vw_photos_read(struct vw_scene_builder *builder);
+// Finds and hashes the files of features beside the photos (features.c).
+enum vw_status vw_features_find(struct vw_scene_builder *builder);
 // Corrupts params->corrupt train photos and sets every view's ground_truth (synthetic/injected_corruption.c).
 enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct vw_scene *scene);
 // Hashes everything that training depends on (scene_hash.c).

@@ -12,10 +12,6 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// Finds the mask of a photo in a folder images/ of the scene folder: the file in masks/ beside it with the photo's
-// name, with the name and ".png", or with ".png" in place of its extension. `*mask_path` is owned by the caller; it
-// stays NULL if there is no mask.
-enum vw_status vw_mask_find(const char *folder, const char *image_path, char **mask_path);
 // Reads the header of a mask of the scene folder and checks that it fits a photo of this size.
 enum vw_status vw_mask_probe(const char *folder, const char *path, uint32_t photo_width_px, uint32_t photo_height_px,
                              struct vw_image_header *header);

@@ -24,8 +24,9 @@ static enum vw_status find_masks(struct vw_scene_builder *builder) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
         struct vw_view *view = &scene->views[v];
         if (view->split == VW_SPLIT_EXCLUDED) continue;
-        enum vw_status status =
-            photo->mask_path ? VW_OK : vw_mask_find(builder->folder, photo->image_path, &photo->mask_path);
+        enum vw_status status = photo->mask_path ? VW_OK
+                                                 : vw_scene_find_beside(builder->folder, photo->image_path, "masks",
+                                                                        ".png", &photo->mask_path);
         if (!status && photo->mask_path)
             status = vw_mask_probe(builder->folder, photo->mask_path, photo->image_header.width_px,
                                    photo->image_header.height_px, &photo->mask_header);
@@ -125,6 +126,7 @@ enum vw_status vw_photos_read(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
     struct repairs repairs = {0};
     enum vw_status status = find_masks(builder);
+    if (!status && !builder->params->headers_only) status = vw_features_find(builder);
     if (status) return status;
     status = vw_photo_source_create(builder);
     if (status) return status;

@@ -66,6 +66,7 @@ void vw_photo_source_destroy(struct vw_photo_source **source) {
     for (uint32_t v = 0; v < dying->view_count; v++) {
         free(dying->photos[v].image_path);
         free(dying->photos[v].mask_path);
+        free(dying->photos[v].features_path);
     }
     vw_pixel_store_close(&dying->store);
     free(dying->photos);

@@ -139,6 +139,7 @@ static void close_builder(struct vw_scene_builder *builder) {
     for (size_t i = 0; i < builder->photo_capacity; i++) {
         free(builder->photos[i].image_path);
         free(builder->photos[i].mask_path);
+        free(builder->photos[i].features_path);
     }
     free(builder->photos);
     free(builder->added);

@@ -1,6 +1,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "scene/builder.h"
+#include "scene/photo_source.h"
 #include "scene/val_weights.h"
 
 static void add_camera(struct vw_hasher *hasher, const struct vw_camera *camera) {
@@ -50,6 +51,16 @@ static void add_weights(struct vw_hasher *hasher, const struct vw_scene *scene) 
     for (uint32_t v = 0; v < scene->view_count; v++) vw_hasher_add_real(hasher, scene->views[v].weight);
 }
 
+// Adds nothing where there are no features.
+static void add_features(struct vw_hasher *hasher, const struct vw_scene *scene) {
+    for (uint32_t v = 0; v < scene->view_count && scene->source; v++) {
+        const struct vw_scene_builder_photo *photo = &scene->source->photos[v];
+        if (!photo->features_path) continue;
+        vw_hasher_add_integer(hasher, v);
+        vw_hasher_add_bytes(hasher, photo->features_sha256, sizeof photo->features_sha256);
+    }
+}
+
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
@@ -62,5 +73,6 @@ void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t has
     for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, scene->background[i]);
     add_points(&hasher, scene);
     add_weights(&hasher, scene);
+    add_features(&hasher, scene);
     vw_hasher_end(&hasher, hash);
 }

@@ -29,6 +29,8 @@ static enum vw_status create_buffers(struct vw_step_passes *step) {
     };
     enum vw_status status = vw_buffers_create(&step->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
     if (!status) status = model->renderer->create_step_buffers(step);
+    uint64_t pixels = vw_buffer_size_bytes(step->pixels) / sizeof(struct vw_pixel);
+    if (!status) status = vw_effects_create_pixel_buffers(model, &step->objects, pixels, step->effect_buffers);
     return !status ? vw_effects_create_buffers(model, &step->objects, false, step->padded_rays, step->effect_buffers)
                    : status;
 }
@@ -89,6 +91,7 @@ void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scen
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
     step->field->model->renderer->draw_pixels(step, scene, view, draw, first_pixel);
     if (!masks) vw_pixels_unmask(scene, pixels, step->rays);
+    vw_effects_draw_pixels(step->field->model, step, view, first_pixel);
 }
 
 void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "train/effects/effects.h"
 #include "train/effects/registry.h"
 #include "train/trainer_private.h"
 
@@ -36,8 +37,10 @@ static enum vw_status allocate_records(struct vw_trainer *trainer) {
 static struct vw_submission_room submission_room(const struct vw_trainer *trainer) {
     bool is_cpu = vw_gpu_get_info(trainer->gpu)->kind == VW_GPU_CPU;
     return (struct vw_submission_room){.pixels_per_step = trainer->config.rays,
-                                       .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)trainer->config.rays +
-                                                         sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
+                                       .bytes_per_step =
+                                           (sizeof(struct vw_pixel) + vw_effects_pixel_bytes(&trainer->model)) *
+                                               (uint64_t)trainer->config.rays +
+                                           sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
                                        .submission_bytes = is_cpu ? 1000000 : 1 << 25};
 }
 

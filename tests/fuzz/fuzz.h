@@ -24,6 +24,7 @@ fuzz_target fuzz_store;         // likewise, of retrainings.db or tradeoff.db, a
 fuzz_target fuzz_checkpoint;    // checkpoint_0.vwc (see fuzz_write_hashed)
 fuzz_target fuzz_field;         // field.vwf, likewise
 fuzz_target fuzz_splats;        // the .ply file of --initial
+fuzz_target fuzz_features;      // the .npy file of a photo's features
 fuzz_target fuzz_steps;         // the log of import-steps
 fuzz_target fuzz_providers;     // --providers
 // Lists of photos: scores after an s, JSON after a j, splits.json after a p, otherwise names or a TSV after any byte.

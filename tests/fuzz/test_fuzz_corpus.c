@@ -41,6 +41,7 @@ TEST(the_store_corpus_passes) { (void)state, replay("store", fuzz_store); }
 TEST(the_checkpoint_corpus_passes) { (void)state, replay("checkpoint", fuzz_checkpoint); }
 TEST(the_field_corpus_passes) { (void)state, replay("field", fuzz_field); }
 TEST(the_splats_corpus_passes) { (void)state, replay("splats", fuzz_splats); }
+TEST(the_features_corpus_passes) { (void)state, replay("features", fuzz_features); }
 TEST(the_step_log_corpus_passes) { (void)state, replay("steps", fuzz_steps); }
 TEST(the_providers_corpus_passes) { (void)state, replay("providers", fuzz_providers); }
 TEST(the_list_corpus_passes) { (void)state, replay("lists", fuzz_lists); }

@@ -10,6 +10,7 @@
 #include "base/random.h"
 #include "detect/decide.h"
 #include "reference/reference.h"
+#include "train/effects/uncertainty.h"
 #include "train/effects/visibility.h"
 
 static const double STEP = 1e-5;
@@ -118,6 +119,11 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
     f->step->view = f->moved->view = VIEW;
     for (uint32_t i = 0; i < 2 * RAYS; i++)
         f->step->places[i / 2][i % 2] = f->moved->places[i / 2][i % 2] = draw(setup->seed, 4000 + i);
+    for (uint32_t i = 0; i < RAYS * REFERENCE_FEATURES; i++) {
+        uint32_t ray = i / REFERENCE_FEATURES, k = i % REFERENCE_FEATURES;
+        double number = k + 1 < REFERENCE_FEATURES ? draw(setup->seed, 5000 + i) : 1.0;
+        f->step->features[ray][k] = f->moved->features[ray][k] = number;
+    }
     reference_step_forward(f->step, f->params, true, 1);
     reference_step_backward(f->step, f->params);
 }
@@ -222,6 +228,14 @@ static void compare_visibility(struct fixture *f, int *skipped) {
                 largest_of(f->step->d_visibility_code, REFERENCE_VISIBILITY_CODE), skipped);
 }
 
+static void compare_uncertainty(struct fixture *f, int *skipped) {
+    if (!f->params->uncertainty) return;
+    double scale = largest_of(f->step->d_uncertainty, REFERENCE_UNCERTAINTY);
+    assert_true(scale > 0.0);
+    for (uint32_t i = 0; i < REFERENCE_UNCERTAINTY; i += 7)
+        compare(f, "uncertainty", i, &f->params->uncertainty[i], f->step->d_uncertainty[i], scale, skipped);
+}
+
 // Compares the gradients by the code of the step's photo: those of the other one are 0, since nothing of it enters the
 // loss. Returns how many it compared.
 static int compare_codes(struct fixture *f, int *skipped) {
@@ -244,13 +258,15 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     int skipped = 0;
     open_fixture(setup, loss, choice, &f);
     const struct vw_model *m = &f.model;
-    uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + vw_visibility_network(m).size_bytes;
+    uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + vw_visibility_network(m).size_bytes +
+                      vw_uncertainty_network(m).size_bytes;
     for (uint32_t i = 0; i < VW_SLOT_COUNT; i++) ranges += m->ranges[i].size_bytes;
     assert_in_range(m->param_bytes - ranges, 0, 4 * 256); // there is no other range; some begin at multiples of 256
     compare_weights(&f, &skipped);
     compare_grid(&f, &skipped);
     compare_sky(&f, &skipped);
     compare_visibility(&f, &skipped);
+    compare_uncertainty(&f, &skipped);
     int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels) + compare_codes(&f, &skipped);
     if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
 }
@@ -267,7 +283,7 @@ TEST(the_gradient_is_the_slope_of_the_loss) {
     uint32_t count;
     assert_int_equal(vw_effects_find_facts(&empty_scene, "none", effects, &count), VW_OK);
     for (uint32_t i = 0; i < count; i++)
-        if (!is_elsewhere(effects[i].name))
+        if (!is_elsewhere(effects[i].name) && strcmp(effects[i].name, "uncertainty") != 0) // it excludes visibility
             snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", *all ? "," : "", effects[i].name);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         for (size_t k = 0; k < VW_ARRAY_COUNT(all_losses); k++) {

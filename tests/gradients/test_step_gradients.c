@@ -28,7 +28,7 @@ static void check_rendered(struct step_bench *bench, const struct reference_step
         for (int c = 0; c < 3; c++)
             check_value(bench->where, "rendered in the step", ray, (&rendered[ray].x)[c], reference->colours[ray][c],
                         COLOUR_TOLERANCE);
-        double weight = reference->rays[ray].weight * reference->visible[ray]; // 1 without the effect visibility
+        double weight = reference->rays[ray].weight * reference->visible[ray]; // 1 without such an effect
         check_value(bench->where, "weight in the step", ray, rendered[ray].w, weight, COLOUR_TOLERANCE);
     }
 }
@@ -48,6 +48,7 @@ TEST_CASES(gradients_match_the_reference, i, step_case_count) {
     }
     if (s->effect_sky) assert_true(largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS) > 0.0);
     if (s->effect_visibility) assert_true(largest(reference->d_visibility, REFERENCE_VISIBILITY) > 0.0);
+    if (s->effect_uncertainty) assert_true(largest(reference->d_uncertainty, REFERENCE_UNCERTAINTY) > 0.0);
 }
 
 // ---- The slope of the loss ------------------------------------------------------------------------------------------
@@ -105,6 +106,9 @@ static void check_slopes(struct step_bench *bench, const struct slope_check *che
     if (s->effect_visibility)
         check_range(check, "visibility", params->visibility, d_weights + 4 * (size_t)s->visibility_column,
                     REFERENCE_VISIBILITY);
+    if (s->effect_uncertainty)
+        check_range(check, "uncertainty", params->uncertainty, d_weights + 4 * (size_t)s->visibility_column,
+                    REFERENCE_UNCERTAINTY);
     reference_unpack_grid(&bench->model, words, quanta);
     for (size_t i = 0; i < features; i++) gradient[i] = (float)((double)quanta[i] * s->gradient_quantum);
     check_range(check, "grid", params->grid, gradient, features);

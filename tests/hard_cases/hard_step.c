@@ -76,10 +76,12 @@ static void compare_sky_gradients(struct hard_finding *finding, const struct ste
 static void compare_visibility_gradients(struct hard_finding *finding, const struct step_bench *bench,
                                          const struct reference_step *reference, const float *d_weights) {
     const float *d_network = d_weights + 4 * (size_t)bench->model.specialization.visibility_column;
-    double scale = fmax(largest(reference->d_visibility, REFERENCE_VISIBILITY), LEAST_GRADIENT);
-    for (uint32_t i = 0; i < REFERENCE_VISIBILITY && vw_visibility_network(&bench->model).size_bytes; i++)
-        hard_compare(finding, "visibility gradient", i, d_network[i], reference->d_visibility[i], scale,
-                     VISIBILITY_TOLERANCE);
+    const struct vw_specialization *s = &bench->model.specialization;
+    const double *expected = s->effect_uncertainty ? reference->d_uncertainty : reference->d_visibility;
+    uint32_t count = s->effect_uncertainty ? REFERENCE_UNCERTAINTY : s->effect_visibility ? REFERENCE_VISIBILITY : 0;
+    double scale = fmax(largest(expected, count), LEAST_GRADIENT);
+    for (uint32_t i = 0; i < count; i++)
+        hard_compare(finding, "gradient by weights of rays", i, d_network[i], expected[i], scale, VISIBILITY_TOLERANCE);
 }
 
 static void compare_grid_gradients(struct hard_finding *finding, const struct step_bench *bench,

@@ -55,6 +55,12 @@ static const struct pass {
     {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, SCATTER_ATOMICS},
     {"multiply_registers", &vw_shader_multiply_registers, check_multiply_registers, SCATTER_ATOMICS},
     {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},
+    {"predict_visibility_uncertainty", &vw_shader_predict_visibility_uncertainty, check_predict_visibility,
+     SCATTER_ATOMICS},
+    {"gradient_visibility_uncertainty", &vw_shader_gradient_visibility_uncertainty, check_gradient_visibility,
+     SCATTER_ATOMICS},
+    {"reduce_visibility_uncertainty", &vw_shader_reduce_visibility_uncertainty, check_reduce_visibility,
+     SCATTER_ATOMICS},
 };
 
 // Other programs hold these against the reference.
@@ -132,7 +138,7 @@ static void run_kinds(const struct pass *pass, uint32_t case_index, struct step_
 static bool takes_case(const struct pass *pass, const struct step_case *setup) {
     if (strncmp(pass->name, "backward_rays", strlen("backward_rays")) != 0) return true;
     bool effects = vw_word_list_has(setup->effects, "sky") || vw_word_list_has(setup->effects, "appearance") ||
-                   vw_word_list_has(setup->effects, "visibility");
+                   vw_word_list_has(setup->effects, "visibility") || vw_word_list_has(setup->effects, "uncertainty");
     return effects == (pass->shader == &vw_shader_backward_rays_effects);
 }
 
@@ -163,7 +169,7 @@ static void every_shader_is_listed(void **state) {
     }
 }
 
-// Checks that devices at the floor, such as v3dv, run everything but sky, appearance and visibility.
+// Checks that devices at the floor, such as v3dv, run everything but sky, appearance, visibility and uncertainty.
 static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **state) {
     (void)state;
     uint32_t most = 0;
@@ -175,7 +181,7 @@ static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **
         print_message("%s: %u storage buffers\n", vw_shaders[i]->name, storage_buffers);
         if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 11);
         else if (vw_shaders[i] == &vw_shader_backward_transient_effects) assert_int_equal(storage_buffers, 11);
-        else if (vw_shaders[i] == &vw_shader_slope_pixels_effects) assert_int_equal(storage_buffers, 10);
+        else if (vw_shaders[i] == &vw_shader_slope_pixels_effects) assert_int_equal(storage_buffers, 11);
         else if (storage_buffers > most) most = storage_buffers;
     }
     assert_int_equal(most, vw_gpu_floor_limits.storage_buffers);

@@ -244,6 +244,14 @@ double reference_visibility(const double *network, const double *code, const dou
 void reference_visibility_gradient(const double *network, const double *code, const double place[2], double d_visible,
                                    double *d_network, double *d_code);
 
+enum { REFERENCE_UNCERTAINTY = 4 * UNCERTAINTY_COLUMNS, REFERENCE_FEATURES = 4 * FEATURE4 };
+// Returns the loss up to which a pixel counts wholly with the effect uncertainty, at step `step`.
+double reference_certain_loss(const struct vw_specialization *s, uint64_t step);
+// Returns how certain a pixel of these features is, the last of them 1.
+double reference_certainty(const double *network, const double *features);
+// Accumulates what a gradient by that says of the network.
+void reference_certainty_gradient(const double *network, const double *features, double d_certain, double *d_network);
+
 // ---- encoder.c: the effect appearance_encoder -----------------------------------------------------------------------
 
 enum { REFERENCE_ENCODER_OUTPUTS = 16 * 16 * 4 * ENCODER4 }; // the first convolution's; each next one has a quarter
@@ -330,6 +338,7 @@ struct reference_params {
     double code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
     double visibility[REFERENCE_VISIBILITY];
     double (*visibility_codes)[REFERENCE_VISIBILITY_CODE]; // one per view; NULL without that effect
+    double *uncertainty;                                   // the network; NULL without that effect
 };
 
 // One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's
@@ -354,8 +363,10 @@ struct reference_step {
     double d_code[REFERENCE_CODE];                               // gradient of the sum over rays, by its code
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
     double (*places)[2],
-        *visible;       // per ray: where in its photo, which the caller sets; how visible, 1 outside training
-    double size_weight; // reference_size_weight() of the step
+        *visible; // per ray: where in its photo, which the caller sets; how visible or certain, 1 outside training
+    double (*features)[REFERENCE_FEATURES];      // per ray, which the caller sets with the effect uncertainty
+    double size_weight, certain_loss;            // reference_size_weight() and reference_certain_loss() of the step
+    double d_uncertainty[REFERENCE_UNCERTAINTY]; // sum over rays
     double d_visibility[REFERENCE_VISIBILITY], d_visibility_code[REFERENCE_VISIBILITY_CODE]; // sums over rays
 };
 

@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "train/effects/uncertainty.h"
 #include "train/effects/visibility.h"
 
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
@@ -23,6 +24,10 @@ struct reference_params *reference_params_create(const struct vw_model *model, c
     for (size_t i = 0; i < codes; i++)
         reference->visibility_codes[i / REFERENCE_VISIBILITY_CODE][i % REFERENCE_VISIBILITY_CODE] =
             params[model->ranges[VW_SLOT_VISIBILITY_CODES].offset_bytes / sizeof *params + i];
+    const struct vw_param_range doubts = vw_uncertainty_network(model);
+    if (doubts.size_bytes) reference->uncertainty = test_allocate(REFERENCE_UNCERTAINTY, sizeof(double));
+    for (size_t i = 0; i < doubts.size_bytes / sizeof *params; i++)
+        reference->uncertainty[i] = params[doubts.offset_bytes / sizeof *params + i];
     return reference;
 }
 
@@ -42,6 +47,7 @@ struct reference_step *reference_step_create(const struct vw_model *model, const
     step->errors = test_allocate(ray_count, sizeof *step->errors);
     step->losses = test_allocate(ray_count, sizeof *step->losses);
     step->places = test_allocate(ray_count, sizeof *step->places);
+    step->features = test_allocate(ray_count, sizeof *step->features);
     step->visible = test_allocate(ray_count, sizeof *step->visible);
     step->d_grid = test_allocate(2 * (size_t)model->pair_count, sizeof *step->d_grid);
     for (uint32_t i = 0; i < ray_count; i++) step->rays[i] = reference_ray_of(&rays[i]);
@@ -63,19 +69,30 @@ static void list_points(const struct reference_step *step, uint32_t ray, struct 
     }
 }
 
+// Returns what it costs that a ray counts so much, and its slope.
+static double weight_cost(const struct reference_step *step, double weight, double *slope) {
+    double hidden = 1.0 - weight;
+    if (step->model->specialization.effect_uncertainty) {
+        double certain = fmax(weight, 1e-30);
+        *slope = -step->certain_loss / certain;
+        return -step->certain_loss * log(certain);
+    }
+    *slope = -2.0 * step->size_weight * hidden;
+    return hidden != 0.0 ? step->size_weight * hidden * hidden : 0.0;
+}
+
 static void forward_ray(struct reference_step *step, uint32_t index, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_ray *ray = &step->rays[index];
     double unused;
     list_points(step, index, points);
     step->left[index] = reference_composite(points, s->samples, step->backdrops[index], step->colours[index]);
-    double loss = 0.0, hidden = 1.0 - step->visible[index];
+    double loss = 0.0;
     for (int c = 0; c < 3; c++) {
         step->errors[index][c] = step->colours[index][c] - ray->target[c];
         loss += ray->weight / 3.0 * reference_loss(s, step->errors[index][c], &unused);
     }
-    step->losses[index] =
-        step->visible[index] * loss + (hidden != 0.0 ? ray->weight * step->size_weight * hidden * hidden : 0.0);
+    step->losses[index] = step->visible[index] * loss + ray->weight * weight_cost(step, step->visible[index], &unused);
     step->loss += step->losses[index];
 }
 
@@ -101,6 +118,7 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     s.training = training;
     step->loss = 0.0;
     step->size_weight = reference_size_weight(&s, number);
+    step->certain_loss = reference_certain_loss(&s, number);
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_sample *sample = &step->samples[(size_t)ray * s.samples + i];
@@ -115,6 +133,8 @@ void reference_step_forward(struct reference_step *step, const struct reference_
             training && params->visibility_codes
                 ? reference_visibility(params->visibility, params->visibility_codes[step->view], step->places[ray])
                 : 1.0;
+        if (training && params->uncertainty)
+            step->visible[ray] = reference_certainty(params->uncertainty, step->features[ray]);
         reference_backdrop(&s, params->sky, step->rays[ray].direction, ray, key, step->backdrops[ray]);
         forward_ray(step, ray, points);
     }
@@ -122,13 +142,18 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     free(weights);
 }
 
-// Propagates the gradient by how visible a ray is to the network and to the photo's code.
-static void visibility_backward(struct reference_step *step, const struct reference_params *params, uint32_t ray) {
-    double d_visible = -2.0 * step->size_weight * (1.0 - step->visible[ray]), unused;
+// Propagates the gradient by how much a ray counts to the network that says so, and to the photo's code.
+static void weight_backward(struct reference_step *step, const struct reference_params *params, uint32_t ray) {
+    double d_weight, unused;
+    weight_cost(step, step->visible[ray], &d_weight);
     for (int c = 0; c < 3; c++)
-        d_visible += reference_loss(&step->model->specialization, step->errors[ray][c], &unused) / 3.0;
-    reference_visibility_gradient(params->visibility, params->visibility_codes[step->view], step->places[ray],
-                                  step->rays[ray].weight * d_visible, step->d_visibility, step->d_visibility_code);
+        d_weight += reference_loss(&step->model->specialization, step->errors[ray][c], &unused) / 3.0;
+    d_weight *= step->rays[ray].weight;
+    if (params->uncertainty)
+        reference_certainty_gradient(params->uncertainty, step->features[ray], d_weight, step->d_uncertainty);
+    else
+        reference_visibility_gradient(params->visibility, params->visibility_codes[step->view], step->places[ray],
+                                      d_weight, step->d_visibility, step->d_visibility_code);
 }
 
 void reference_step_backward(struct reference_step *step, const struct reference_params *params) {
@@ -140,6 +165,7 @@ void reference_step_backward(struct reference_step *step, const struct reference
     memset(step->d_code, 0, sizeof step->d_code);
     memset(&step->d_weights, 0, sizeof step->d_weights);
     memset(step->d_visibility, 0, sizeof step->d_visibility);
+    memset(step->d_uncertainty, 0, sizeof step->d_uncertainty);
     memset(step->d_visibility_code, 0, sizeof step->d_visibility_code);
     memset(step->d_grid, 0, 2 * (size_t)step->model->pair_count * sizeof *step->d_grid);
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
@@ -150,7 +176,7 @@ void reference_step_backward(struct reference_step *step, const struct reference
             reference_loss(s, step->errors[ray][c], &d_colour[c]);
             d_colour[c] *= step->visible[ray] * step->rays[ray].weight / 3.0;
         }
-        if (params->visibility_codes) visibility_backward(step, params, ray);
+        if (params->visibility_codes || params->uncertainty) weight_backward(step, params, ray);
         list_points(step, ray, points);
         reference_composite_gradient(points, s->samples, step->backdrops[ray], d_colour, d_points);
         reference_sky_d_logit(step->backdrops[ray], step->left[ray], d_colour, d_logit);

@@ -168,6 +168,14 @@ static void close_bench(void *opened) {
     if (guard_bands_broken()) fail_msg("%s: guard bands were written to, see stderr", where);
 }
 
+static void draw_features(struct step_bench *bench) {
+    struct vw_buffer *features = bench->step.effect_buffers[VW_SLOT_FEATURES];
+    struct test_random random = {.seed = bench->config.seed + 7};
+    float *numbers = features ? vw_buffer_map(features) : NULL;
+    for (uint32_t i = 0; numbers && i < bench->config.rays * 4 * FEATURE4; i++)
+        numbers[i] = i % (4 * FEATURE4) + 1 < 4 * FEATURE4 ? test_random_next(&random) : 1.0f;
+}
+
 static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c) {
     struct step_bench *bench = test_own(vw_allocate(1, sizeof *bench), close_bench);
     *bench = (struct step_bench){.gpu = gpu, .config = make_config(c)};
@@ -187,6 +195,7 @@ static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c)
     stop_unless(bench, vw_submission_create(gpu, &bench->submission));
     step_bench_write_params(bench);
     if (vw_word_list_has(c->effects, "occupancy")) empty_some_cells(bench);
+    draw_features(bench);
     return bench;
 }
 
@@ -305,6 +314,13 @@ void step_bench_place(const struct step_bench *bench, uint32_t ray, double place
     place[1] = 2.0 * pixel->y_px / image->height_px - 1.0;
 }
 
+void step_bench_features(const struct step_bench *bench, uint32_t ray, double features[REFERENCE_FEATURES]) {
+    const struct vw_buffer *buffer = bench->step.effect_buffers[VW_SLOT_FEATURES];
+    uint32_t drawn = ray < bench->config.rays ? ray : bench->config.rays - 1;
+    const float *of_ray = buffer ? (const float *)vw_buffer_map(buffer) + REFERENCE_FEATURES * drawn : NULL;
+    for (uint32_t k = 0; of_ray && k < REFERENCE_FEATURES; k++) features[k] = of_ray[k];
+}
+
 double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places) {
     if (!places) return NULL;
     float *listed = step_bench_read(bench, places);
@@ -319,7 +335,10 @@ struct reference_step *step_bench_reference(struct step_bench *bench) {
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->step.padded_rays);
     reference->view = bench->view;
     reference->slots = step_bench_slots(bench);
-    for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) step_bench_place(bench, ray, reference->places[ray]);
+    for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
+        step_bench_place(bench, ray, reference->places[ray]);
+        step_bench_features(bench, ray, reference->features[ray]);
+    }
     reference->sample_places = step_bench_sample_places(bench, bench->step.places);
     return reference;
 }

@@ -8,6 +8,7 @@
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
 #include "train/effects/encode_photo.h"
+#include "train/effects/uncertainty.h"
 #include "train/effects/visibility.h"
 #include "train/evaluator.h"
 #include "train/photo_order.h"
@@ -110,6 +111,8 @@ void step_bench_keep_all(struct step_bench *bench);
 uint32_t *step_bench_slots(struct step_bench *bench);
 // Finds where in its photo the pixel of a ray lies, -1 to 1 across it.
 void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]);
+// Finds the features of its pixel, with the effect uncertainty.
+void step_bench_features(const struct step_bench *bench, uint32_t ray, double features[REFERENCE_FEATURES]);
 // Returns the place of every sample of a chunk from the buffer that lists them; NULL where none does.
 double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places);
 // Makes the reference of the step that the device has just taken, from its rays and with its slots.

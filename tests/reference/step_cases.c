@@ -127,5 +127,16 @@ const struct step_case step_cases[] = {
      .levels = 4,
      .width = 16,
      .effects = "distortion,background,sky,unbounded,appearance,appearance_code,visibility,occupancy,masks"},
+    {.name = "pixels with features", .seed = 14, .width = 16, .effects = "sky,uncertainty"},
+    {.name = "pixels with features, squares",
+     .seed = 15,
+     .rays = 300,
+     .samples = 7,
+     .width = 16,
+     .levels = 4,
+     .beta1 = 0.9,
+     .beta_min = 0.05,
+     .loss = VW_LOSS_L2,
+     .effects = "background,appearance,uncertainty"},
 };
 const uint32_t step_case_count = VW_ARRAY_COUNT(step_cases);

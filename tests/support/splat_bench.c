@@ -20,6 +20,10 @@ struct reference_splat_view splat_bench_view(const struct splat_bench *bench, ui
     return reference_splat_view_of(&bench->cameras[view], &bench->views[view], &bench->s, bench->push.degree);
 }
 
+double splat_bench_certainty(const struct splat_bench *bench, uint32_t ray) {
+    return bench->setup->uncertain ? (double)(0.05f + 0.9f * (float)(ray * 37 % 101) / 101.0f) : 1.0;
+}
+
 // ---- What is drawn --------------------------------------------------------------------------------------------------
 
 static void draw_splats(struct splat_bench *bench) {
@@ -138,12 +142,17 @@ static void create_passes(struct splat_bench *bench) {
         {.slot = VW_SLOT_RAY_LOSS, .buffer = bench->ray_loss},
         {.slot = VW_SLOT_STEP_STATE, .buffer = bench->step_state},
         {.slot = VW_SLOT_OVERFLOW, .buffer = bench->overflow},
+        {.slot = VW_SLOT_VISIBILITY, .buffer = bench->ray_weights, .unused = !bench->ray_weights},
+        {.slot = VW_SLOT_SKY, .unused = true},
+        {.slot = VW_SLOT_D_SKY, .unused = true},
+        {.slot = VW_SLOT_RENDERED, .unused = true},
     };
     const struct vw_splat_pass_params params = {.gpu = bench->gpu,
                                                 .specialization = &bench->s,
                                                 .room = bench->room,
                                                 .bindings = bindings,
-                                                .binding_count = sizeof bindings / sizeof bindings[0]};
+                                                .binding_count = sizeof bindings / sizeof bindings[0],
+                                                .ray_effects = bench->setup->uncertain};
     ASSERT_OK(vw_splat_drawing_create(&params, &bench->drawing));
     test_own(&bench->drawing, destroy_drawing);
     ASSERT_OK(vw_splat_gradient_create(&params, &bench->drawing, &bench->gradient));
@@ -160,6 +169,10 @@ static void create_buffers(struct splat_bench *bench) {
     bench->ray_buffer = filled(bench, "rays", bench->rays, bench->ray_count * sizeof *bench->rays);
     bench->ray_loss = filled(bench, "ray_loss", NULL, 4 * (uint64_t)bench->ray_count);
     bench->step_state = filled(bench, "step_state", NULL, sizeof(struct vw_step_state));
+    float(*weights)[2] = test_allocate(bench->ray_count, sizeof *weights);
+    for (uint32_t i = 0; i < bench->ray_count; i++) weights[i][0] = (float)splat_bench_certainty(bench, i);
+    if (bench->setup->uncertain)
+        bench->ray_weights = filled(bench, "ray_weights", weights, bench->ray_count * sizeof *weights);
     bench->overflow = filled(bench, "overflow", NULL, 4 * VW_OVERFLOW_STRIDE);
 }
 
@@ -188,6 +201,8 @@ struct splat_bench *splat_bench_open(const struct splat_case *setup) {
                                           .beta1 = setup->momentum ? 0.9f : 0.0f,
                                           .momentum = setup->momentum,
                                           .effect_distortion = setup->lens_terms,
+                                          .effect_uncertainty = setup->uncertain,
+                                          .beta_min = 0.1f,
                                           .beta2 = 0.999f,
                                           .effect_background = BACKGROUND_FIXED,
                                           .background_red = 0.2f,

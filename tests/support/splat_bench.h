@@ -25,6 +25,7 @@ struct splat_case {
     enum vw_splat_loss { SPLAT_L2, SPLAT_L1 } loss;
     uint32_t momentum;
     float ssim_weight;
+    bool uncertain;        // the effect: rays count as splat_bench_certainty() says
     uint32_t lens_terms;   // DISTORTION_*
     struct vw_camera lens; // its coefficients
     bool wide;             // the camera sees far beyond the box
@@ -42,6 +43,7 @@ struct splat_bench {
     struct vw_splat_tile *tiles;
     struct vw_ray *rays;
     struct vw_buffer *param_buffer, *camera_buffer, *view_buffer, *ray_buffer, *ray_loss, *step_state, *overflow;
+    struct vw_buffer *ray_weights; // NULL unless they are uncertain
     struct vw_splat_drawing drawing;
     struct vw_splat_gradient gradient;
     struct vw_submission *submission;
@@ -62,6 +64,8 @@ struct vw_push_splat_update splat_bench_update(const struct splat_bench *bench);
 float *splat_bench_number(const struct splat_bench *bench, uint32_t splat, uint32_t column, uint32_t lane);
 // Copies a splat as the reference reads it.
 void splat_bench_splat(const struct splat_bench *bench, uint32_t splat, double numbers[REFERENCE_SPLAT_NUMBERS]);
+// Returns how much a ray counts: 1 unless rays are uncertain.
+double splat_bench_certainty(const struct splat_bench *bench, uint32_t ray);
 struct reference_splat_view splat_bench_view(const struct splat_bench *bench, uint32_t view);
 
 #endif

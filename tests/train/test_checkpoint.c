@@ -16,6 +16,7 @@ static struct vw_config configs[] = {{.beta1 = 0.0},
                                      {.beta1 = 0.9, .effects = "appearance_encoder"},
                                      {.effects = "appearance_encoder,sky", .consistency_weight = 0.01},
                                      {.effects = "appearance,sky,visibility"},
+                                     {.effects = "uncertainty"},
                                      {.beta1 = 0.9, .table_precision = VW_TABLE_FLOAT16}};
 
 static struct vw_config config_of(size_t index) {

@@ -64,7 +64,7 @@ TEST(every_dispatch_is_accounted_for) {
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "pose,occupancy", 16);
     check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_OWN, "appearance_encoder,visibility", 3);
     check_dispatches(VW_FIELD_SPLATS, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
-    check_dispatches(VW_FIELD_SPLATS, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance", 3);
+    check_dispatches(VW_FIELD_SPLATS, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance,uncertainty", 3);
     if (!test_is_full()) return; // the rest has passes of those above
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "occupancy", 16); // 80 steps: 5 refreshes

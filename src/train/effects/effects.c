@@ -82,6 +82,29 @@ enum vw_status vw_effects_create_buffers(const struct vw_model *model, struct vw
     return status;
 }
 
+enum vw_status vw_effects_create_pixel_buffers(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                               uint64_t pixels, struct vw_buffer *created[VW_SLOT_COUNT]) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < model->effect_count && !status; i++) {
+        const struct vw_effect_kind *kind = model->effects[i];
+        const struct vw_buffer_row row = {&created[kind->pixel_slot], kind->name, kind->pixel_bytes * pixels};
+        if (kind->pixel_slot) status = vw_buffers_create(objects, VW_BUFFER_UPLOAD, &row, 1);
+    }
+    return status;
+}
+
+uint32_t vw_effects_pixel_bytes(const struct vw_model *model) {
+    uint32_t bytes = 0;
+    for (uint32_t i = 0; i < model->effect_count; i++) bytes += model->effects[i]->pixel_bytes;
+    return bytes;
+}
+
+void vw_effects_draw_pixels(const struct vw_model *model, const struct vw_step_passes *step, uint32_t view,
+                            uint32_t first_pixel) {
+    for (uint32_t i = 0; i < model->effect_count; i++)
+        if (model->effects[i]->draw_pixels) model->effects[i]->draw_pixels(step, view, first_pixel);
+}
+
 enum vw_status vw_effects_fill(const struct vw_model *model, struct vw_gpu *gpu, const struct vw_scene *scene,
                                struct vw_buffer *const *buffers) {
     enum vw_status status = VW_OK;
@@ -118,6 +141,11 @@ void vw_effects_bind(const struct vw_model *model, const struct vw_effect_buffer
             struct vw_buffer *buffer = buffers->of_step ? buffers->of_step[slot] : NULL;
             if (buffers->of_field[slot]) buffer = buffers->of_field[slot];
             bind((struct vw_binding){.slot = slot, .buffer = buffer, .unused = !buffer}, bindings, count);
+        }
+        if (kind->pixel_slot) {
+            struct vw_buffer *uploaded = buffers->of_step ? buffers->of_step[kind->pixel_slot] : NULL;
+            bind((struct vw_binding){.slot = kind->pixel_slot, .buffer = uploaded, .unused = !uploaded}, bindings,
+                 count);
         }
         for (size_t k = 0; k < 2 && kind->ranges[k]; k++)
             bind_range(model, buffers->params, kind->ranges[k], bindings, count);

@@ -33,6 +33,13 @@ struct vw_effect_buffers {
 // Creates the buffers that belong to the field, or those of a step, by slot.
 enum vw_status vw_effects_create_buffers(const struct vw_model *model, struct vw_gpu_objects *objects, bool of_field,
                                          uint32_t padded_rays, struct vw_buffer *created[VW_SLOT_COUNT]);
+// Creates the buffers of what is uploaded beside so many pixels; returns the bytes of that per pixel; writes it for a
+// step whose pixels are drawn.
+enum vw_status vw_effects_create_pixel_buffers(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                               uint64_t pixels, struct vw_buffer *created[VW_SLOT_COUNT]);
+uint32_t vw_effects_pixel_bytes(const struct vw_model *model);
+void vw_effects_draw_pixels(const struct vw_model *model, const struct vw_step_passes *step, uint32_t view,
+                            uint32_t first_pixel);
 // Fills those of the field.
 enum vw_status vw_effects_fill(const struct vw_model *model, struct vw_gpu *gpu, const struct vw_scene *scene,
                                struct vw_buffer *const *buffers);

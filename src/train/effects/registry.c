@@ -44,6 +44,11 @@ static const struct vw_effect effects[] = {
     {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true,
      .conflicts = {{.name = "occupancy", .refusal = "occupancy cannot be beside transient; leave one of them out"},
                    {.name = "visibility", .refusal = "visibility cannot be beside transient; leave one of them out"}}},
+    // All three leave out of the loss what others contradict, and uncertainty takes the slots of visibility.
+    {.name = "uncertainty", .constant = CONSTANT(uncertainty), .of_splats = true, .meaning = on_request,
+     .on_request = true,
+     .conflicts = {{.name = "visibility", .refusal = "visibility cannot be beside uncertainty; leave one of them out"},
+                   {.name = "transient", .refusal = "transient cannot be beside uncertainty; leave one of them out"}}},
     // The effect goes back through the hash grid's cells, within a box that needs no contraction.
     {.name = "pose", .constant = CONSTANT(pose), .meaning = on_request, .on_request = true,
      .conflicts = {{.name = "unbounded", .refused_unnamed = true,
@@ -60,17 +65,13 @@ _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects tha
 
 // The effects of the table above that have params, buffers or passes of their own; each in its own file.
 extern const struct vw_effect_kind vw_effect_sky, vw_effect_appearance, vw_effect_transient, vw_effect_appearance_code,
-    vw_effect_visibility, vw_effect_pose, vw_effect_appearance_encoder, vw_effect_occupancy;
+    vw_effect_visibility, vw_effect_uncertainty, vw_effect_pose, vw_effect_appearance_encoder, vw_effect_occupancy;
 
-const struct vw_effect_kind *const vw_effect_kinds[] = {&vw_effect_sky,
-                                                        &vw_effect_appearance,
-                                                        &vw_effect_transient,
-                                                        &vw_effect_appearance_code,
-                                                        &vw_effect_visibility,
-                                                        &vw_effect_pose,
-                                                        &vw_effect_appearance_encoder,
-                                                        &vw_effect_occupancy,
-                                                        NULL};
+const struct vw_effect_kind *const vw_effect_kinds[] = {&vw_effect_sky,        &vw_effect_appearance,
+                                                        &vw_effect_transient,  &vw_effect_appearance_code,
+                                                        &vw_effect_visibility, &vw_effect_uncertainty,
+                                                        &vw_effect_pose,       &vw_effect_appearance_encoder,
+                                                        &vw_effect_occupancy,  NULL};
 _Static_assert(VW_ARRAY_COUNT(vw_effect_kinds) - 1 <= VW_EFFECT_COUNT_MAX, "more kinds than effects");
 
 static int find_effect(struct vw_word name) {

@@ -8,18 +8,18 @@
 #include "train/effects/visibility.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
-#include "train/effects/kind.h"
 #include "train/pass_costs.h"
 #include "train/step_passes.h"
 
-enum { PREDICT, GRADIENT, REDUCE };
-
-// Trainable numbers of the network.
-enum { NETWORK_PARAMS = 913 };
+static const struct vw_ray_network network = {.input4 = VISIBILITY_INPUT4,
+                                              .layer2 = VISIBILITY_LAYER2,
+                                              .logit = VISIBILITY_LOGIT,
+                                              .columns = VISIBILITY_COLUMNS,
+                                              .params = 913,
+                                              .code4 = VISIBILITY_CODE4};
 
 _Static_assert(VISIBILITY_INPUT4 == VISIBILITY_PLACE4 + VISIBILITY_CODE4 &&
                    VISIBILITY_PLACE4 == 1 + VISIBILITY_FREQUENCIES &&
@@ -28,6 +28,51 @@ _Static_assert(VISIBILITY_INPUT4 == VISIBILITY_PLACE4 + VISIBILITY_CODE4 &&
                    VISIBILITY_LOGIT == VISIBILITY_BIAS2 + VISIBILITY4 &&
                    VISIBILITY_COLUMNS == VISIBILITY_LOGIT + VISIBILITY4 + 1,
                "the network's parts do not follow one another");
+
+// ---- The network ----------------------------------------------------------------------------------------------------
+
+void vw_ray_network_initialise(const struct vw_ray_network *sizes, const struct vw_drawn *drawn, float *values) {
+    vw_fill_matrix(values, drawn, VISIBILITY4, sizes->input4);
+    vw_fill_matrix(values + 4 * sizes->layer2, drawn, VISIBILITY4, VISIBILITY4);
+    vw_fill_weights(values + 4 * sizes->logit, drawn, 4 * VISIBILITY4, 0.5f / VISIBILITY4);
+}
+
+static uint32_t groups_of(uint32_t rays) { return (rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP; }
+
+uint32_t vw_ray_network_list_buffers(const struct vw_ray_network *sizes, uint32_t padded_rays,
+                                     struct vw_effect_buffer *buffers) {
+    uint64_t rays = padded_rays, groups = groups_of(padded_rays);
+    buffers[0] =
+        (struct vw_effect_buffer){VW_SLOT_VISIBILITY, "visibility", 2 * sizeof(float) * rays, VW_EFFECT_OF_STEP};
+    buffers[1] = (struct vw_effect_buffer){VW_SLOT_VISIBILITY_PARTIALS, "visibility_partials",
+                                           sizeof(vw_float4) * sizes->columns * groups, VW_EFFECT_OF_STEP};
+    return 2;
+}
+
+void vw_ray_network_record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes,
+                                struct vw_submission *submission, const struct vw_push_rays *rays) {
+    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_PREDICT], rays, sizeof *rays, step->padded_rays);
+}
+
+void vw_ray_network_record_gradient(const struct vw_ray_network *sizes, const struct vw_step_passes *step,
+                                    struct vw_pass *const *passes, struct vw_submission *submission,
+                                    const struct vw_push_rays *rays) {
+    struct vw_push_reduce reduce = {.count = groups_of(step->padded_rays)};
+    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_GRADIENT], rays, sizeof *rays, step->padded_rays);
+    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_REDUCE], &reduce, sizeof reduce, sizes->columns);
+}
+
+void vw_ray_network_list_costs(const struct vw_ray_network *sizes, const struct vw_effect_work *work,
+                               double pixel_bytes, struct vw_pass_costs *costs) {
+    double rays = work->rays, products = sizes->params + 16.0 * VISIBILITY4 * sizes->code4,
+           groups = rays / VISIBILITY_GROUP, columns = 16.0 * sizes->columns, pixels = rays * (pixel_bytes + 8);
+    const struct vw_pass_cost passes[] = {
+        {"predict_visibility", NULL, 1, rays * products, pixels + rays / 64 * columns},
+        {"gradient_visibility", NULL, 1, 3 * rays * products, pixels + 2 * groups * columns},
+        {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
+}
 
 // ---- Params ---------------------------------------------------------------------------------------------------------
 
@@ -38,7 +83,7 @@ struct vw_param_range vw_visibility_network(const struct vw_model *model) {
 
 static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
     (void)config;
-    model->specialization.visibility_column = vw_model_append_columns(model, VISIBILITY_COLUMNS, NETWORK_PARAMS);
+    model->specialization.visibility_column = vw_model_append_columns(model, network.columns, network.params);
 }
 
 static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
@@ -47,30 +92,21 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
                           4 * VISIBILITY_CODE4 * trained_views);
 }
 
-// Makes everything visible to 1/2 at first.
 static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
     float *values = (float *)((char *)params + vw_visibility_network(model).offset_bytes);
-    vw_fill_matrix(values, drawn, VISIBILITY4, VISIBILITY_INPUT4);
-    vw_fill_matrix(values + 4 * VISIBILITY_LAYER2, drawn, VISIBILITY4, VISIBILITY4);
-    vw_fill_weights(values + 4 * VISIBILITY_LOGIT, drawn, 4 * VISIBILITY4, 0.5f / VISIBILITY4);
+    vw_ray_network_initialise(&network, drawn, values);
 }
 
 // ---- Buffers --------------------------------------------------------------------------------------------------------
 
-static uint32_t groups_of(uint32_t rays) { return (rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP; }
-
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
-    uint64_t photos = model->view_count, rays = padded_rays, groups = groups_of(padded_rays);
-    const struct vw_effect_buffer listed[] = {
-        {VW_SLOT_PHOTO_SCALES, "photo_scales", 2 * sizeof(float) * photos, VW_EFFECT_OF_FIELD},
-        {VW_SLOT_VISIBILITY, "visibility", 2 * sizeof(float) * rays, VW_EFFECT_OF_STEP},
-        {VW_SLOT_VISIBILITY_PARTIALS, "visibility_partials", sizeof(vw_float4) * VISIBILITY_COLUMNS * groups,
-         VW_EFFECT_OF_STEP},
-        {VW_SLOT_VISIBILITY_MOMENTS, "visibility_moments", sizeof(struct vw_visibility_moments) * photos,
-         VW_EFFECT_CARRIED},
-    };
-    memcpy(buffers, listed, sizeof listed);
-    return VW_ARRAY_COUNT(listed);
+    uint32_t count = vw_ray_network_list_buffers(&network, padded_rays, buffers);
+    uint64_t photos = model->view_count;
+    buffers[count++] =
+        (struct vw_effect_buffer){VW_SLOT_PHOTO_SCALES, "photo_scales", 2 * sizeof(float) * photos, VW_EFFECT_OF_FIELD};
+    buffers[count++] = (struct vw_effect_buffer){VW_SLOT_VISIBILITY_MOMENTS, "visibility_moments",
+                                                 sizeof(struct vw_visibility_moments) * photos, VW_EFFECT_CARRIED};
+    return count;
 }
 
 // Writes the scales from pixels to the network's coordinates.
@@ -91,30 +127,16 @@ static enum vw_status fill(const struct vw_model *model, struct vw_gpu *gpu, con
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes,
-                        struct vw_submission *submission, const struct vw_push_rays *rays) {
-    vw_submission_dispatch(submission, passes[PREDICT], rays, sizeof *rays, step->padded_rays);
-}
-
 static void record_gradient(const struct vw_step_passes *step, struct vw_pass *const *passes,
                             struct vw_submission *submission, const struct vw_push_rays *rays, uint64_t number) {
     (void)number;
-    struct vw_push_reduce reduce = {.count = groups_of(step->padded_rays)};
-    vw_submission_dispatch(submission, passes[GRADIENT], rays, sizeof *rays, step->padded_rays);
-    vw_submission_dispatch(submission, passes[REDUCE], &reduce, sizeof reduce, VISIBILITY_COLUMNS);
+    vw_ray_network_record_gradient(&network, step, passes, submission, rays);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    double rays = work->rays, network = NETWORK_PARAMS + 16 * VISIBILITY4 * VISIBILITY_CODE4,
-           groups = rays / VISIBILITY_GROUP, columns = 16.0 * VISIBILITY_COLUMNS,
-           pixels = rays * (sizeof(struct vw_pixel) + 8);
-    const struct vw_pass_cost passes[] = {
-        {"predict_visibility", NULL, 1, rays * network, pixels + rays / 64 * columns},
-        {"gradient_visibility", NULL, 1, 3 * rays * network, pixels + 2 * groups * columns},
-        {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
-        {"update_visibility", NULL, 1, 0, columns},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
+    const struct vw_pass_cost update = {"update_visibility", NULL, 1, 0, 16.0 * VISIBILITY_COLUMNS};
+    vw_ray_network_list_costs(&network, work, sizeof(struct vw_pixel), costs);
+    vw_pass_cost_add(costs, update);
 }
 
 const struct vw_effect_kind vw_effect_visibility = {
@@ -123,9 +145,9 @@ const struct vw_effect_kind vw_effect_visibility = {
     .adjoint = VW_ADJOINT_HOLDS,
     .training_alone = true,
     .binds_ray_buffers = true,
-    .shaders = {[PREDICT] = {&vw_shader_predict_visibility},
-                [GRADIENT] = {&vw_shader_gradient_visibility},
-                [REDUCE] = {&vw_shader_reduce_visibility}},
+    .shaders = {[VW_RAY_NETWORK_PREDICT] = {&vw_shader_predict_visibility},
+                [VW_RAY_NETWORK_GRADIENT] = {&vw_shader_gradient_visibility},
+                [VW_RAY_NETWORK_REDUCE] = {&vw_shader_reduce_visibility}},
     .update = &vw_shader_update_visibility,
     .ranges = {VW_SLOT_VISIBILITY_CODES},
     .lay_out_columns = lay_out_columns,
@@ -133,7 +155,7 @@ const struct vw_effect_kind vw_effect_visibility = {
     .initialise = initialise,
     .list_buffers = list_buffers,
     .fill = fill,
-    .record_rays = record_rays,
+    .record_rays = vw_ray_network_record_rays,
     .record_gradient = record_gradient,
     .list_costs = list_costs,
 };

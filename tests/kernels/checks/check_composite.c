@@ -164,13 +164,20 @@ static double curvature(const struct vw_specialization *s) {
 // Returns how visible a ray is: hidden, seen, and all between.
 static float visible_of(uint32_t ray) { return ray % 5 < 2 ? (float)(ray % 5) : 0.3f + 0.1f * (float)(ray % 7); }
 
-// Leaves a part of the ray out of the loss, its gradients and their errors, as the effect visibility does.
+static bool weighs_rays(const struct step_bench *bench) {
+    return bench->model.specialization.effect_visibility || bench->model.specialization.effect_uncertainty;
+}
+
+// Leaves a part of the ray out of the loss, its gradients and their errors, as visibility and uncertainty do.
 static void leave_out(const struct step_bench *bench, uint32_t ray, double weight, struct reference_loss *taken) {
-    if (!vw_visibility_network(&bench->model).size_bytes) return;
-    double visible = visible_of(ray), hidden = 1.0 - visible,
-           size_weight = weight * reference_size_weight(&bench->model.specialization, STEP);
-    taken->d_visible = taken->loss - 2.0 * size_weight * hidden;
-    taken->loss = visible * taken->loss + size_weight * hidden * hidden;
+    if (!weighs_rays(bench)) return;
+    double visible = visible_of(ray), hidden = 1.0 - visible, certain = fmax(visible, 1e-30),
+           size_weight = weight * reference_size_weight(&bench->model.specialization, STEP),
+           certain_loss = weight * reference_certain_loss(&bench->model.specialization, STEP);
+    bool by_doubt = bench->model.specialization.effect_uncertainty;
+    taken->d_visible = taken->loss - (by_doubt ? certain_loss / certain : 2.0 * size_weight * hidden);
+    taken->loss = visible * taken->loss + (by_doubt ? -certain_loss * log(certain) : size_weight * hidden * hidden);
+    taken->loss_error += by_doubt ? 8.0 * FLOAT_ROUNDING * certain_loss * (1.0 - log(certain)) : 0.0;
     for (int c = 0; c < 3; c++) {
         taken->d_colour[c] *= visible;
         taken->d_colour_error[c] = visible * taken->d_colour_error[c] + FLOAT_ROUNDING * fabs(taken->d_colour[c]);
@@ -245,8 +252,7 @@ static void check_rendered(const struct step_bench *bench, const struct inputs *
                            uint32_t ray, const vw_float4 *device) {
     for (int c = 0; c < 3; c++)
         check_value(bench->where, "rendered", ray, (&device->x)[c], reference->colour[c], reference->colour_error[c]);
-    double weight =
-        in->rays[ray].target_weight.w * (vw_visibility_network(&bench->model).size_bytes ? visible_of(ray) : 1.0);
+    double weight = in->rays[ray].target_weight.w * (weighs_rays(bench) ? visible_of(ray) : 1.0);
     check_value(bench->where, "weight of what is rendered", ray, device->w, weight, 3.0 * FLOAT_ROUNDING * weight);
 }
 

@@ -1,5 +1,5 @@
-// The passes of the effect `visibility` against the reference: how visible rays are, the backward pass through its
-// network, group by group, their sum, and the step of a photo's code.
+// The passes of the effects `visibility` and `uncertainty` against the reference: how visible or certain rays are, the
+// backward pass through the network, group by group, their sum, and the step of a photo's code.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -19,7 +19,14 @@ static bool is_off(const struct step_bench *bench) {
     assert_null(bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS]);
     assert_null(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
     assert_null(bench->field.effect_buffers[VW_SLOT_PHOTO_SCALES]);
+    assert_null(bench->step.effect_buffers[VW_SLOT_FEATURES]);
+    assert_int_equal(vw_uncertainty_network(&bench->model).size_bytes, 0);
     return true;
+}
+
+// Returns the numbers of the network of the effect that is on.
+static uint32_t network_size(const struct step_bench *bench) {
+    return bench->model.specialization.effect_uncertainty ? REFERENCE_UNCERTAINTY : REFERENCE_VISIBILITY;
 }
 
 static struct vw_push_rays push_of(const struct step_bench *bench) {
@@ -29,30 +36,49 @@ static struct vw_push_rays push_of(const struct step_bench *bench) {
 // Draws a code of the kind into the device's params. Returns the network with that code, in double.
 static struct reference_params *draw_code(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed};
-    uint64_t first =
-        bench->model.ranges[VW_SLOT_VISIBILITY_CODES].offset_bytes / 4 + REFERENCE_VISIBILITY_CODE * bench->view;
+    const struct vw_param_range codes = bench->model.ranges[VW_SLOT_VISIBILITY_CODES];
     step_bench_write_params(bench);
     float *params = step_bench_read(bench, bench->field.params);
-    input_fill(kind, &random, params + first, REFERENCE_VISIBILITY_CODE);
+    if (codes.size_bytes)
+        input_fill(kind, &random, params + codes.offset_bytes / 4 + REFERENCE_VISIBILITY_CODE * bench->view,
+                   REFERENCE_VISIBILITY_CODE);
     step_bench_write(bench, bench->field.params, params);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
     struct reference_params *reference = reference_params_create(&bench->model, params);
     return reference;
 }
 
+// Returns how much a ray counts.
+static double weight_of(const struct step_bench *bench, const struct reference_params *params, uint32_t ray) {
+    double place[2], features[REFERENCE_FEATURES];
+    step_bench_place(bench, ray, place);
+    step_bench_features(bench, ray, features);
+    return params->uncertainty ? reference_certainty(params->uncertainty, features)
+                               : reference_visibility(params->visibility, params->visibility_codes[bench->view], place);
+}
+
+static void add_gradient(const struct step_bench *bench, const struct reference_params *params, uint32_t ray,
+                         double d_weight, double *d_network) {
+    double place[2], features[REFERENCE_FEATURES], d_code[REFERENCE_VISIBILITY_CODE] = {0};
+    step_bench_place(bench, ray, place);
+    step_bench_features(bench, ray, features);
+    if (params->uncertainty) reference_certainty_gradient(params->uncertainty, features, d_weight, d_network);
+    else
+        reference_visibility_gradient(params->visibility, params->visibility_codes[bench->view], place, d_weight,
+                                      d_network, d_code);
+}
+
 void check_predict_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct reference_params *params = draw_code(bench, kind);
     const struct vw_push_rays push = push_of(bench);
-    double *code = params->visibility_codes[bench->view], size = largest(code, REFERENCE_VISIBILITY_CODE);
+    double size = params->uncertainty ? 0.0 : largest(params->visibility_codes[bench->view], REFERENCE_VISIBILITY_CODE);
     step_bench_dispatch(bench, step_bench_effect_pass(bench, "predict_visibility"), &push, sizeof push,
                         bench->step.padded_rays);
     float *found = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY]);
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
-        double place[2];
-        step_bench_place(bench, ray, place);
-        check_value(bench->where, "visibility", ray, found[2 * ray],
-                    reference_visibility(params->visibility, code, place), VISIBLE_TOLERANCE * (1.0 + size));
+        check_value(bench->where, "visibility", ray, found[2 * ray], weight_of(bench, params, ray),
+                    VISIBLE_TOLERANCE * (1.0 + size));
         check_value(bench->where, "its gradient, before the loss", ray, found[2 * ray + 1], 0.0, 0.0);
     }
     step_bench_write_params(bench);
@@ -64,24 +90,20 @@ void check_gradient_visibility(struct step_bench *bench, enum input_kind kind) {
     struct reference_params *params = draw_code(bench, INPUT_ORDINARY);
     const struct vw_push_rays push = push_of(bench);
     float *of_rays = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY]);
-    uint32_t groups = (bench->step.padded_rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP;
+    uint32_t groups = (bench->step.padded_rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP, size = network_size(bench);
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) of_rays[2 * ray + 1] = input_draw(kind, &random);
     step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY], of_rays);
     step_bench_dispatch(bench, step_bench_effect_pass(bench, "gradient_visibility"), &push, sizeof push,
                         bench->step.padded_rays);
     float *partials = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS]);
     for (uint32_t group = 0; group < groups; group++) {
-        double expected[REFERENCE_VISIBILITY] = {0}, d_code[REFERENCE_VISIBILITY_CODE] = {0};
+        double expected[REFERENCE_VISIBILITY] = {0};
         for (uint32_t ray = group * VISIBILITY_GROUP;
-             ray < (group + 1) * VISIBILITY_GROUP && ray < bench->step.padded_rays; ray++) {
-            double place[2];
-            step_bench_place(bench, ray, place);
-            reference_visibility_gradient(params->visibility, params->visibility_codes[bench->view], place,
-                                          of_rays[2 * ray + 1], expected, d_code);
-        }
-        for (uint32_t i = 0; i < REFERENCE_VISIBILITY; i++)
-            check_value(bench->where, "gradient of the network", i, partials[group * REFERENCE_VISIBILITY + i],
-                        expected[i], GRADIENT_TOLERANCE * largest(expected, REFERENCE_VISIBILITY) + FLOAT_LEAST);
+             ray < (group + 1) * VISIBILITY_GROUP && ray < bench->step.padded_rays; ray++)
+            add_gradient(bench, params, ray, of_rays[2 * ray + 1], expected);
+        for (uint32_t i = 0; i < size; i++)
+            check_value(bench->where, "gradient of the network", i, partials[group * size + i], expected[i],
+                        GRADIENT_TOLERANCE * largest(expected, size) + FLOAT_LEAST);
     }
     step_bench_write_params(bench);
 }
@@ -91,19 +113,19 @@ void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct test_random random = {.seed = bench->config.seed + 4};
     size_t count = vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS]) / sizeof(float);
-    const struct vw_push_reduce push = {.count = (uint32_t)(count / REFERENCE_VISIBILITY)};
+    const uint32_t size = network_size(bench);
+    const struct vw_push_reduce push = {.count = (uint32_t)count / size};
     float *partials = test_allocate(count, sizeof *partials), *before = step_bench_read(bench, bench->step.d_weights);
     uint32_t first = 4 * bench->model.specialization.visibility_column;
     input_fill(kind, &random, partials, count);
     step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS], partials);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, step_bench_effect_pass(bench, "reduce_visibility"), &push, sizeof push,
-                        VISIBILITY_COLUMNS);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "reduce_visibility"), &push, sizeof push, size / 4);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
-    for (uint32_t i = 0; i < REFERENCE_VISIBILITY; i++) {
+    for (uint32_t i = 0; i < size; i++) {
         float sum = 0.0f;
-        for (size_t k = i; k < count; k += REFERENCE_VISIBILITY) sum += partials[k];
+        for (size_t k = i; k < count; k += size) sum += partials[k];
         check_value(bench->where, "sum over groups", i, d_weights[first + i], sum,
                     kind == INPUT_DENORMAL ? 64.0 * FLOAT_LEAST : 0.0);
     }
@@ -155,7 +177,7 @@ static void update_code(struct step_bench *bench, const float *d_weights) {
 }
 
 void check_update_visibility(struct step_bench *bench, enum input_kind kind) {
-    if (is_off(bench)) return;
+    if (is_off(bench) || !bench->model.specialization.effect_visibility) return;
     struct test_random random = {.seed = bench->config.seed};
     float *d_weights = test_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
     uint32_t *zeros = test_allocate(vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]), 1);

@@ -26,6 +26,8 @@ TEST(what_is_off_takes_no_room) {
     } cases[] = {
         {"pose", VW_FIELD_HASH, 5 * 6},
         {"visibility", VW_FIELD_HASH, 16 * 39 + 16 * 17 + 17 + 5 * 16},
+        {"uncertainty", VW_FIELD_HASH, 16 * 32 + 16 * 17 + 17},
+        {"uncertainty", VW_FIELD_MLP, 16 * 32 + 16 * 17 + 17},
         {"transient", VW_FIELD_HASH, 16 * (16 + 16 + 1) + 16 * 17 + 5 * 17 + 16 * 5},
         {"transient", VW_FIELD_MLP, 8 * (16 + 16 + 1) + 3 * 8 * 9 + 5 * 9 + 16 * 5},
         {"appearance_encoder", VW_FIELD_HASH, 9 * 4 * 16 + 16 + 2 * (9 * 16 * 16 + 16) + 16 * 48 + 48 + 48 * 16},
@@ -68,6 +70,9 @@ TEST(bits_do_not_depend_on_submissions_or_parts) {
         {"pose,occupancy,distortion", VW_FIELD_HASH, 1200, 8, 0, 0, VW_LOSS_L2, 0, true},
         {"visibility", VW_FIELD_HASH, 60, 3, 0, 0, VW_LOSS_L1, 0, false},
         {"visibility,appearance,sky", VW_FIELD_HASH, 60, 3, 0.9, 0, VW_LOSS_HUBER, 0, false},
+        {"uncertainty", VW_FIELD_HASH, 60, 3, 0, 0, VW_LOSS_L1, 0, true},
+        {"uncertainty,appearance,sky", VW_FIELD_HASH, 1200, 3, 0.9, 0, VW_LOSS_HUBER, 0, false},
+        {"appearance_encoder,uncertainty", VW_FIELD_MLP, 60, 3, 0.9, 0.01, VW_LOSS_L2, 8, false},
         {"appearance_encoder", VW_FIELD_HASH, 60, 3, 0, 0.01, VW_LOSS_L2, 0, false},
         {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0, VW_LOSS_L2, 8, false},
         {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0.01, VW_LOSS_L2, 8, false},
@@ -97,10 +102,8 @@ TEST(validation_sees_the_field_alone) {
     static const struct {
         const char *effects;
         enum vw_field field;
-    } cases[] = {{"pose", VW_FIELD_HASH},
-                 {"visibility", VW_FIELD_HASH},
-                 {"transient", VW_FIELD_HASH},
-                 {"transient", VW_FIELD_MLP}};
+    } cases[] = {{"pose", VW_FIELD_HASH},       {"visibility", VW_FIELD_HASH}, {"uncertainty", VW_FIELD_HASH},
+                 {"uncertainty", VW_FIELD_MLP}, {"transient", VW_FIELD_HASH},  {"transient", VW_FIELD_MLP}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config on = config_with(cases[i].field, cases[i].effects), off = config_with(cases[i].field, "none");
@@ -146,6 +149,11 @@ TEST(what_cannot_be_together_is_refused_by_name) {
         {"+transient", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, "occupancy"},
         {"transient,occupancy", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0,
          "occupancy cannot be beside transient", NULL},
+        {"uncertainty,visibility", "uncertainty,visibility", VW_FIELD_HASH, VW_LOSS_L2, 0,
+         "visibility cannot be beside uncertainty", NULL},
+        {"uncertainty,transient", "uncertainty,transient", VW_FIELD_MLP, VW_LOSS_L2, 0,
+         "transient cannot be beside uncertainty", NULL},
+        {"uncertainty", "uncertainty", VW_FIELD_SPLATS, VW_LOSS_L2, 0, NULL, NULL},
         {"auto", "transient", VW_FIELD_HASH, VW_LOSS_HUBER, 0, "needs --loss l2, not huber", NULL},
         {"+appearance_encoder", "appearance_encoder,appearance", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, "appearance"},
         {"+appearance_encoder", "appearance_encoder,appearance_code", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL,
@@ -178,7 +186,7 @@ TEST(what_cannot_be_together_is_refused_by_name) {
 }
 
 TEST(lasting_credit_refuses_by_name) {
-    static const char *const names[] = {"pose", "transient", "appearance_encoder"};
+    static const char *const names[] = {"pose", "transient", "appearance_encoder", "uncertainty"};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         char remedy[64];

@@ -113,10 +113,12 @@ TEST(nothing_without_effects) {
 }
 
 // Returns whether an effect is in the list with transient, or in the one without: transient cannot be beside occupancy
-// or visibility, nor pose beside unbounded, nor appearance_encoder beside other appearance.
+// or visibility, nor pose beside unbounded, nor appearance_encoder beside other appearance, nor uncertainty beside
+// either.
 static bool is_in(const char *effect, bool beside_transient) {
-    static const char *const not_beside[] = {"occupancy", "visibility", "unbounded", "appearance", "appearance_code"},
-                             *const apart[] = {"transient", "pose", "appearance_encoder"};
+    static const char *const not_beside[] = {"occupancy",  "visibility",      "unbounded",
+                                             "appearance", "appearance_code", "uncertainty"},
+                             *const apart[] = {"transient", "pose", "appearance_encoder", "uncertainty"};
     bool left_out = false;
     for (size_t i = 0; i < VW_ARRAY_COUNT(not_beside) && beside_transient; i++)
         left_out |= !strcmp(effect, not_beside[i]);

@@ -2,6 +2,7 @@
 // differences, on squares with masks and at the photo's rim; constant squares; and pixels that do not count.
 #include "support/cmocka_test.h"
 
+#include "reference/reference.h"
 #include "support/gpu_fixture.h"
 #include "support/splat_bench.h"
 
@@ -12,6 +13,8 @@ static const struct splat_case cases[] = {
     {"a share", .seed = 51, .ssim_weight = 0.2f, .tiles = SQUARES_SOME},
     {"alone, large splats", .seed = 52, .ssim_weight = 1.0f, .tiles = SQUARES_SOME, .log_scale = -1.5f, .width_px = 60},
     {"as on GPUs", .seed = 53, .ssim_weight = 0.7f, .tiles = SQUARES_SOME, .as_on_gpus = true, .loss = SPLAT_L1},
+    {"uncertain", .seed = 55, .ssim_weight = 0.4f, .tiles = SQUARES_SOME, .uncertain = true},
+    {"uncertain, without windows", .seed = 56, .tiles = SQUARES_SOME, .uncertain = true, .loss = SPLAT_L1},
     {"a narrow photo", .seed = 54, .ssim_weight = 0.5f, .tiles = SQUARES_SOME, .width_px = 5, .height_px = 35},
 };
 enum { CASES = sizeof cases / sizeof cases[0] };
@@ -70,22 +73,41 @@ static double plain_loss(const struct splat_bench *bench, const struct reference
     return weight * (square ? error * error : fabs(error));
 }
 
+// Returns how much the window of a pixel counts.
+static double certainty_at(const struct splat_bench *bench, const struct square *square, uint32_t place) {
+    return square->rays[place] < 0 ? 0.0 : splat_bench_certainty(bench, (uint32_t)square->rays[place]);
+}
+
+// Checks losses, and the gradients by what rays count: of the loss, and of the cost of doubt.
 static void check_losses(struct splat_bench *bench, const struct square *square, const float *losses) {
     static double windows[3][PIXELS];
-    double share = bench->s.ssim_weight;
+    const float(*ray_weights)[2] = bench->ray_weights ? splat_bench_read(bench, bench->ray_weights) : NULL;
+    double share = bench->s.ssim_weight, slope, certain_loss = reference_certain_loss(&bench->s.run, 0);
     for (int c = 0; c < 3; c++) reference_splat_windows(&square->channels[c], windows[c]);
     for (uint32_t i = 0; i < PIXELS; i++) {
-        double expected = 0.0, slope;
+        double plain = 0.0, certain = certainty_at(bench, square, i), weight = square->channels[0].weight[i];
         if (square->rays[i] < 0) continue;
         for (int c = 0; c < 3; c++)
-            expected +=
-                (1.0 - share) * plain_loss(bench, &square->channels[c], i, &slope) + share / 3.0 * windows[c][i];
-        assert_near(losses[square->rays[i]], expected, 1e-5);
+            plain += (1.0 - share) * plain_loss(bench, &square->channels[c], i, &slope) + share / 3.0 * windows[c][i];
+        assert_near(losses[square->rays[i]], certain * plain - (ray_weights ? weight * certain_loss * log(certain) : 0),
+                    1e-5);
+        if (ray_weights)
+            assert_near(ray_weights[square->rays[i]][1], plain - weight * certain_loss / certain,
+                        1e-5 + 1e-6 / certain);
     }
 }
 
-static void check_gradient(struct splat_bench *bench, const struct square *square, const float (*d_colours)[4]) {
+// Returns the loss of a channel's windows, as much as each counts.
+static double window_loss(const struct splat_bench *bench, const struct square *square,
+                          const struct reference_splat_square *channel) {
     static double losses[PIXELS];
+    double sum = 0.0;
+    reference_splat_windows(channel, losses);
+    for (uint32_t i = 0; i < PIXELS; i++) sum += certainty_at(bench, square, i) * losses[i];
+    return sum;
+}
+
+static void check_gradient(struct splat_bench *bench, const struct square *square, const float (*d_colours)[4]) {
     const double h = 1e-5, share = bench->s.ssim_weight;
     for (uint32_t i = 0; i < PIXELS; i += test_is_full() ? 1 : 5) {
         double by_left = 0.0;
@@ -93,11 +115,11 @@ static void check_gradient(struct splat_bench *bench, const struct square *squar
             struct reference_splat_square moved = square->channels[c];
             double slope, ahead;
             moved.seen[i] += h;
-            ahead = reference_splat_windows(&moved, losses);
+            ahead = window_loss(bench, square, &moved);
             moved.seen[i] -= 2.0 * h;
-            double window = (ahead - reference_splat_windows(&moved, losses)) / (2.0 * h) / 3.0;
+            double window = (ahead - window_loss(bench, square, &moved)) / (2.0 * h) / 3.0;
             plain_loss(bench, &square->channels[c], i, &slope);
-            double expected = (1.0 - share) * slope + share * window;
+            double expected = (1.0 - share) * certainty_at(bench, square, i) * slope + share * window;
             by_left += expected * BACKDROP[c];
             assert_near(d_colours[square->rays[i]][c], expected, 2e-5 + 2e-4 * fabs(expected));
         }

@@ -17,11 +17,8 @@ static const struct {
     double beta1;
     const char *effects;
     double ssim_weight;
-} cases[] = {{2, 1, 0.0, "none", 0.0},
-             {4, 0, 0.0, "sky,appearance", 0.0},
-             {9, 3, 0.9, "background", 0.0},
-             {3, 1, 0.0, "none", 0.2},
-             {9, 1, 0.0, "sky,appearance", 1.0}};
+} cases[] = {{2, 1, 0.0, "none", 0.0}, {4, 0, 0.0, "sky,appearance", 0.0}, {9, 3, 0.9, "background", 0.0},
+             {3, 1, 0.0, "none", 0.2}, {9, 1, 0.0, "sky,appearance", 1.0}, {3, 1, 0.0, "sky,uncertainty", 0.2}};
 
 static struct vw_config config_of_case(size_t i) {
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);
@@ -342,7 +339,7 @@ TEST(gaps_are_those_of_all_pairs) {
 // ---- What is refused ------------------------------------------------------------------------------------------------
 
 TEST(effects_that_splats_cannot_have_are_refused_by_name) {
-    static const char *const possible = "distortion,background,masks,sky,appearance";
+    static const char *const possible = "distortion,background,masks,sky,appearance,uncertainty";
     struct vw_effect_verdict listed[VW_EFFECT_COUNT_MAX];
     uint32_t count, kept = 0;
     vw_effects_list(listed, &count);
