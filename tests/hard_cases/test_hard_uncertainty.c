@@ -7,8 +7,7 @@
 #include "hard_cases/hard_step.h"
 #include "support/synthetic_scene.h"
 
-static const struct step_case setup = {
-    .name = "uncertainty", .seed = 393, HARD_STEP, .loss = VW_LOSS_L2, .effects = "uncertainty"};
+static const struct step_case setup = {.name = "uncertainty", .seed = 393, HARD_STEP, .effects = "uncertainty"};
 
 static float *features_of(const struct step_bench *bench) {
     return vw_buffer_map(bench->step.effect_buffers[VW_SLOT_FEATURES]);

@@ -315,7 +315,7 @@ void step_bench_place(const struct step_bench *bench, uint32_t ray, double place
 }
 
 void step_bench_features(const struct step_bench *bench, uint32_t ray, double features[REFERENCE_FEATURES]) {
-    const struct vw_buffer *buffer = bench->step.effect_buffers[VW_SLOT_FEATURES];
+    struct vw_buffer *buffer = bench->step.effect_buffers[VW_SLOT_FEATURES];
     uint32_t drawn = ray < bench->config.rays ? ray : bench->config.rays - 1;
     const float *of_ray = buffer ? (const float *)vw_buffer_map(buffer) + REFERENCE_FEATURES * drawn : NULL;
     for (uint32_t k = 0; of_ray && k < REFERENCE_FEATURES; k++) features[k] = of_ray[k];
