@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # scripts/lab/benchmark_scenes and scripts/lab/benchmark_methods: the benchmarks that they ask for, what they pool, and a scene that
-# fails. Takes the program's path, which only reads the scenes: a script in the laboratory's place answers for the benchmarks.
+# fails. Takes the program's path, which only counts photos: a script in the laboratory's place answers for the benchmarks.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
@@ -23,7 +23,7 @@ worths=\$(grep -A 1 -x -e --worth-retrainings "\$out/words" | tail -n 1)
 } >"\$out/benchmark.csv"
 END
 chmod +x "$folder/stand_in"
-export VIEWWORTH=$program VIEWWORTH_LAB=$folder/stand_in
+export VIEWWORTH_LAB=$folder/stand_in
 photos() { "$program" info "$1" --pilot-steps 0 --json --quiet --device llvmpipe | sed -n 's/.*"train": \([0-9]*\).*/\1/p'; }
 row() { grep -c "^3 scenes,lds/val_psnr,$1,.*,3\$" "$folder/figure/pooled/benchmark.csv"; }
 
