@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # render --view: photos by a part of their name, the image's default name, and a folder of folds; and the format that info notes. Takes the
 # program's path.
+# label: once
 . "$(dirname "$0")/../support/program_test.sh"
 
 refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # render --path, --pose and --only-render from outside: frames, their sizes and bits, videos with and without ffmpeg. Takes the program's
 # path.
+# label: once
 . "$(dirname "$0")/../support/program_test.sh"
 out=$folder/run
 render() { run "$program" render "$out" "$@" --device llvmpipe --quiet; }
