@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "image/feature_file.h"
 #include "image/image.h"
 #include "scene/builder.h"
@@ -39,19 +40,22 @@ static enum vw_status hash_file(const struct vw_scene_builder *builder, struct v
 }
 
 enum vw_status vw_features_find(struct vw_scene_builder *builder) {
+    static const char *const endings[] = {".npy", ".exr"}; // the latter is refused when it is read, not overlooked
     enum vw_status status = VW_OK;
     uint32_t found = 0;
     for (uint32_t v = 0; v < builder->scene->view_count && !status; v++) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
         if (builder->scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
-        status = vw_scene_find_beside(builder->folder, photo->image_path, "features", ".npy", &photo->features_path);
+        for (int i = 0; i < 2 && !status && !photo->features_path; i++)
+            status =
+                vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], &photo->features_path);
         if (status || !photo->features_path) continue;
         status = hash_file(builder, photo);
         found++;
     }
     if (status || !found) return status;
-    return vw_scene_note(builder->scene, "%u photos have files in features/, which the effect uncertainty reads",
-                         found);
+    return vw_scene_note(builder->scene, "%u photo%s with a file in features/, which the effect uncertainty reads",
+                         found, vw_plural(found));
 }
 
 // Projects a cell of many channels to VW_FEATURES numbers: sums with random signs.
@@ -182,7 +186,7 @@ static struct seen look(const struct vw_scene *scene, const struct vw_image *ima
     uint32_t x = (uint32_t)clamped(x_px, image->width_px), y = (uint32_t)clamped(y_px, image->height_px);
     vw_image_pixel(image, x, y, rgba);
     for (int c = 0; c < 3; c++) seen.rgb[c] = rgba[3] * rgba[c] + (1.0f - rgba[3]) * scene->background[c];
-    seen.luminance = 0.2126f * seen.rgb[0] + 0.7152f * seen.rgb[1] + 0.0722f * seen.rgb[2]; // Rec. 709
+    seen.luminance = (float)vw_luminance_of(seen.rgb);
     return seen;
 }
 
