@@ -1,5 +1,4 @@
-// What the networks of `visibility` and `uncertainty` share, which say how much a ray counts
-// (shaders/effects/ray_network.glsl).
+// Networks that say how much a ray counts, of `visibility` and of `uncertainty` (shaders/effects/ray_network.glsl).
 #ifndef VIEWWORTH_TRAIN_EFFECTS_RAY_NETWORK_H
 #define VIEWWORTH_TRAIN_EFFECTS_RAY_NETWORK_H
 
