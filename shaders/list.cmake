@@ -32,7 +32,7 @@ viewworth_add_shader(rays/composite_rays VARIANT depth DEFINE VW_DEPTH) # of ren
 viewworth_add_shader(effects/appearance/fit_views)
 viewworth_add_shader(rays/reduce_views)
 viewworth_add_shader(rays/backward_rays)
-viewworth_add_shader(rays/backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, visibility, and what fit_photo needs
+viewworth_add_shader(rays/backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, weights of rays, and what fit_photo needs
 viewworth_add_shader(effects/transient/backward_transient)
 viewworth_add_shader(effects/transient/backward_transient VARIANT effects DEFINE VW_RAY_EFFECTS)
 viewworth_add_shader(field_hash/backward_field)

@@ -1,7 +1,6 @@
 // Weights of rays in the loss: how visible they are, or how certain, for passes that take the loss.
 #ifndef RAY_WEIGHTS_GLSL
 #define RAY_WEIGHTS_GLSL
-#include "effects/uncertainty/uncertainty.glsl"
 #include "effects/visibility/visibility.glsl"
 
 BUFFER(VW_SLOT_VISIBILITY) buffer RayWeights { vec2 ray_weights[]; };

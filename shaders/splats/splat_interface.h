@@ -12,7 +12,7 @@
     X(97, SORT_LANES, sort_lanes, uint, 16)        /* workgroup of the sort; each invocation sorts SORT_KEYS pairs */ \
     X(98, SORT_KEYS, sort_keys, uint, 64) \
     X(99, SORT_DIGITS, sort_digits, uint, 256)     /* values of a digit: a power of two */ \
-    X(100, PLACE_LANES, place_lanes, uint, 64)      /* workgroup of place_pairs */ \
+    X(100, PLACE_LANES, place_lanes, uint, 64)     /* workgroup of place_pairs */ \
     X(101, SSIM_WEIGHT, ssim_weight, float, 0.0)   /* share of the loss that is 1 - SSIM; above 0, compare_windows has run */
 
 #ifndef VULKAN

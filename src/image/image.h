@@ -61,8 +61,9 @@ void vw_image_clear(struct vw_image *image); // frees the pixels and zeroes the 
 
 // Reads one pixel as straight-alpha RGBA in [0,1]. x_px < width_px and y_px < height_px.
 void vw_image_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, float rgba[4]);
-// Returns the luminance of a pixel as stored (weights of Rec. 709); transparent pixels are over `background` (RGB).
-// Same limits.
+// Returns the luminance of a colour as stored (weights of Rec. 709).
+double vw_luminance_of(const float rgb[3]);
+// Returns that of a pixel; transparent pixels are over `background` (RGB). Same limits.
 double vw_image_luminance(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float background[3]);
 
 // ---- luminance.c ----

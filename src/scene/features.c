@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "image/feature_file.h"
 #include "image/image.h"
 #include "scene/builder.h"
@@ -39,19 +40,22 @@ static enum vw_status hash_file(const struct vw_scene_builder *builder, struct v
 }
 
 enum vw_status vw_features_find(struct vw_scene_builder *builder) {
+    static const char *const endings[] = {".npy", ".exr"}; // the latter is refused when it is read, not overlooked
     enum vw_status status = VW_OK;
     uint32_t found = 0;
     for (uint32_t v = 0; v < builder->scene->view_count && !status; v++) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
         if (builder->scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
-        status = vw_scene_find_beside(builder->folder, photo->image_path, "features", ".npy", &photo->features_path);
+        for (int i = 0; i < 2 && !status && !photo->features_path; i++)
+            status =
+                vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], &photo->features_path);
         if (status || !photo->features_path) continue;
         status = hash_file(builder, photo);
         found++;
     }
     if (status || !found) return status;
-    return vw_scene_note(builder->scene, "%u photos have files in features/, which the effect uncertainty reads",
-                         found);
+    return vw_scene_note(builder->scene, "%u photo%s with a file in features/, which the effect uncertainty reads",
+                         found, vw_plural(found));
 }
 
 // Projects a cell of many channels to VW_FEATURES numbers: sums with random signs.
@@ -176,49 +180,49 @@ struct seen {
     float rgb[3], luminance;
 };
 
-static struct seen look(const struct vw_scene *scene, const struct vw_image *image, float x_px, float y_px) {
+static struct seen look(const struct vw_scene *scene, const struct vw_image *image, int64_t x_px, int64_t y_px) {
+    const int64_t right = image->width_px - 1, bottom = image->height_px - 1;
     struct seen seen;
     float rgba[4];
-    uint32_t x = (uint32_t)clamped(x_px, image->width_px), y = (uint32_t)clamped(y_px, image->height_px);
-    vw_image_pixel(image, x, y, rgba);
+    x_px = x_px < 0 ? 0 : x_px > right ? right : x_px;
+    y_px = y_px < 0 ? 0 : y_px > bottom ? bottom : y_px;
+    vw_image_pixel(image, (uint32_t)x_px, (uint32_t)y_px, rgba);
     for (int c = 0; c < 3; c++) seen.rgb[c] = rgba[3] * rgba[c] + (1.0f - rgba[3]) * scene->background[c];
-    seen.luminance = 0.2126f * seen.rgb[0] + 0.7152f * seen.rgb[1] + 0.0722f * seen.rgb[2]; // Rec. 709
+    seen.luminance = (float)vw_luminance_of(seen.rgb);
     return seen;
 }
 
-// Writes the mean colour and the deviation of the luminance of 3 x 3 pixels, `apart_px` from each other.
-static void look_around(const struct vw_scene *scene, const struct vw_image *image, float x_px, float y_px,
-                        float apart_px, float numbers[4]) {
+// Looks at 3 x 3 pixels, `apart_px` from each other. Writes their mean colour, and the deviation of their luminance.
+static void look_around(const struct vw_scene *scene, const struct vw_image *image, int64_t x_px, int64_t y_px,
+                        int64_t apart_px, struct seen seen[9], float numbers[4]) {
     float sums[3] = {0.0f}, luminance = 0.0f, squares = 0.0f;
     for (int i = 0; i < 9; i++) {
-        struct seen seen =
-            look(scene, image, x_px + (float)(i % 3 - 1) * apart_px, y_px + (float)(i / 3 - 1) * apart_px);
-        for (int c = 0; c < 3; c++) sums[c] += seen.rgb[c];
-        luminance += seen.luminance;
-        squares += seen.luminance * seen.luminance;
+        seen[i] = look(scene, image, x_px + (i % 3 - 1) * apart_px, y_px + (i / 3 - 1) * apart_px);
+        for (int c = 0; c < 3; c++) sums[c] += seen[i].rgb[c];
+        luminance += seen[i].luminance;
+        squares += seen[i].luminance * seen[i].luminance;
     }
     for (int c = 0; c < 3; c++) numbers[c] = 4.0f * sums[c] / 9.0f - 2.0f;
     numbers[3] = 10.0f * sqrtf(fmaxf(squares / 9.0f - luminance * luminance / 81.0f, 0.0f));
 }
 
 // Factors bring photos' usual values to about unit size.
-static void look_at_photo(const struct vw_scene *scene, uint32_t view, float x_px, float y_px,
+static void look_at_photo(const struct vw_scene *scene, const struct vw_image *image, int64_t x_px, int64_t y_px,
                           float numbers[VW_FEATURES]) {
-    const struct vw_image *image = &scene->views[view].image;
-    struct seen seen = look(scene, image, x_px, y_px);
-    for (int c = 0; c < 3; c++) numbers[c] = 4.0f * seen.rgb[c] - 2.0f;
-    float across = look(scene, image, x_px + 1.0f, y_px).luminance - look(scene, image, x_px - 1.0f, y_px).luminance,
-          down = look(scene, image, x_px, y_px + 1.0f).luminance - look(scene, image, x_px, y_px - 1.0f).luminance;
-    numbers[3] = 5.0f * sqrtf(across * across + down * down);
-    look_around(scene, image, x_px, y_px, 1.0f, numbers + 4);
-    look_around(scene, image, x_px, y_px, fmaxf(roundf((float)image->width_px / 20.0f), 2.0f), numbers + 8);
+    struct seen near[9], far[9];
+    look_around(scene, image, x_px, y_px, 1, near, numbers + 4);
+    look_around(scene, image, x_px, y_px, image->width_px < 40 ? 2 : (image->width_px + 10) / 20, far, numbers + 8);
+    for (int c = 0; c < 3; c++) numbers[c] = 4.0f * near[4].rgb[c] - 2.0f;
+    numbers[3] = 5.0f * hypotf(near[5].luminance - near[3].luminance, near[7].luminance - near[1].luminance);
 }
 
 void vw_features_at(const struct vw_features *features, uint32_t view, float x_px, float y_px,
                     float numbers[VW_FEATURES]) {
     const struct vw_image *image = &features->scene->views[view].image;
     memset(numbers, 0, VW_FEATURES * sizeof *numbers);
-    if (!features->channels) look_at_photo(features->scene, view, x_px, y_px, numbers);
+    if (!features->channels)
+        look_at_photo(features->scene, image, (int64_t)clamped(x_px, image->width_px),
+                      (int64_t)clamped(y_px, image->height_px), numbers);
     else
         interpolate(&features->maps[view], features->channels, x_px / (float)image->width_px,
                     y_px / (float)image->height_px, numbers);

@@ -177,9 +177,10 @@ static void draw_features(struct step_bench *bench) {
 }
 
 static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c) {
-    struct step_bench *bench = test_own(vw_allocate(1, sizeof *bench), close_bench);
+    struct step_bench *bench = vw_allocate(1, sizeof *bench);
     *bench = (struct step_bench){.gpu = gpu, .config = make_config(c)};
     describe(bench, c);
+    test_own(bench, close_bench); // closed before its scene
     uint64_t pixel_bytes = bench->config.rays * sizeof *bench->pixels;
     stop_unless(bench, vw_field_create(gpu, &bench->model, bench->scene, c->seed, &bench->field));
     stop_unless(bench, vw_buffer_create(gpu,

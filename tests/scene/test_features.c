@@ -36,7 +36,7 @@ FOLDER_TEST(maps_are_scaled_and_interpolated) {
     AUTO(vw_features_close) struct vw_features *features = NULL;
     struct vw_scene *scene = open_with_maps(*state, PHOTOS, 2);
     assert_string_equal(scene->notes[scene->note_count - 1],
-                        "8 photos have files in features/, which the effect uncertainty reads");
+                        "8 photos with a file in features/, which the effect uncertainty reads");
     float numbers[VW_FEATURES];
     double deviation = sqrt(5.25 + 35.0 / 12.0);
     ASSERT_OK(open_all(scene, &features));
@@ -98,7 +98,9 @@ FOLDER_TEST(what_does_not_fit_is_refused) {
     scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     ASSERT_FAILS(open_all(scene, &features), VW_ERROR_INPUT, "07.npy", "no .npy file");
     assert_null(features);
-    assert_int_equal(unlink(path), 0);
+    assert_int_equal(rename(path, temporary_path(*state, "features/07.exr")), 0);
+    scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    ASSERT_FAILS(open_all(scene, &features), VW_ERROR_INPUT, "07.exr", "no .npy file");
     assert_int_equal(symlink("/etc/hostname", path), 0);
     tiny_folder_refused(*state, "07.npy");
 }

@@ -85,7 +85,8 @@ void test_run_keep(struct test_run *run, const struct vw_step_record *records, u
     for (uint32_t i = 0; i < count; i++) {
         struct vw_step_record *kept = &run->records[run->count];
         *kept = records[i];
-        if (kept->views) memcpy(run->views[run->count], kept->views, sizeof run->views[0]);
+        for (uint32_t v = 0; kept->views && v < kept->view_count && v < TEST_VALS; v++)
+            run->views[run->count][v] = kept->views[v];
         kept->views = NULL;
         run->count++;
     }

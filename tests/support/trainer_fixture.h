@@ -26,8 +26,8 @@ struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struc
 void test_trainer_has_no_effects(const struct vw_trainer *trainer);
 
 struct test_run {
-    struct vw_step_record records[TEST_STEPS_MAX]; // without views
-    struct vw_view_error views[TEST_STEPS_MAX][TEST_VALS];
+    struct vw_step_record records[TEST_STEPS_MAX];         // without views
+    struct vw_view_error views[TEST_STEPS_MAX][TEST_VALS]; // the first ones of a scene of more
     uint32_t count;
     uint32_t param_words;
     uint32_t *params; // as the run left them

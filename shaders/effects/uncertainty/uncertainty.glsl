@@ -9,7 +9,6 @@
 #ifndef UNCERTAINTY_GLSL
 #define UNCERTAINTY_GLSL
 
-#ifdef RAY_NETWORK // the inputs of ray_network.glsl
 BUFFER(VW_SLOT_FEATURES) readonly buffer Features { vec4 features[]; };
 
 const uint NETWORK_RAY4 = FEATURE4, NETWORK_INPUT4 = FEATURE4;
@@ -17,6 +16,5 @@ const uint NETWORK_RAY4 = FEATURE4, NETWORK_INPUT4 = FEATURE4;
 void encode_pixel(uint index, out vec4 inputs[NETWORK_RAY4]) {
     [[unroll]] for (uint k = 0u; k < FEATURE4; k++) inputs[k] = features[FEATURE4 * index + k];
 }
-#endif
 
 #endif

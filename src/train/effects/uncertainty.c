@@ -7,7 +7,7 @@
 
 #include "gpu/shaders.h"
 #include "scene/features.h"
-#include "train/effects/visibility.h"
+#include "train/effects/ray_network.h"
 #include "train/photo_order.h"
 #include "train/step_passes.h"
 

@@ -11,6 +11,7 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/effects/ray_network.h"
 #include "train/pass_costs.h"
 #include "train/step_passes.h"
 
@@ -28,51 +29,6 @@ _Static_assert(VISIBILITY_INPUT4 == VISIBILITY_PLACE4 + VISIBILITY_CODE4 &&
                    VISIBILITY_LOGIT == VISIBILITY_BIAS2 + VISIBILITY4 &&
                    VISIBILITY_COLUMNS == VISIBILITY_LOGIT + VISIBILITY4 + 1,
                "the network's parts do not follow one another");
-
-// ---- The network ----------------------------------------------------------------------------------------------------
-
-void vw_ray_network_initialise(const struct vw_ray_network *sizes, const struct vw_drawn *drawn, float *values) {
-    vw_fill_matrix(values, drawn, VISIBILITY4, sizes->input4);
-    vw_fill_matrix(values + 4 * sizes->layer2, drawn, VISIBILITY4, VISIBILITY4);
-    vw_fill_weights(values + 4 * sizes->logit, drawn, 4 * VISIBILITY4, 0.5f / VISIBILITY4);
-}
-
-static uint32_t groups_of(uint32_t rays) { return (rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP; }
-
-uint32_t vw_ray_network_list_buffers(const struct vw_ray_network *sizes, uint32_t padded_rays,
-                                     struct vw_effect_buffer *buffers) {
-    uint64_t rays = padded_rays, groups = groups_of(padded_rays);
-    buffers[0] =
-        (struct vw_effect_buffer){VW_SLOT_VISIBILITY, "visibility", 2 * sizeof(float) * rays, VW_EFFECT_OF_STEP};
-    buffers[1] = (struct vw_effect_buffer){VW_SLOT_VISIBILITY_PARTIALS, "visibility_partials",
-                                           sizeof(vw_float4) * sizes->columns * groups, VW_EFFECT_OF_STEP};
-    return 2;
-}
-
-void vw_ray_network_record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes,
-                                struct vw_submission *submission, const struct vw_push_rays *rays) {
-    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_PREDICT], rays, sizeof *rays, step->padded_rays);
-}
-
-void vw_ray_network_record_gradient(const struct vw_ray_network *sizes, const struct vw_step_passes *step,
-                                    struct vw_pass *const *passes, struct vw_submission *submission,
-                                    const struct vw_push_rays *rays) {
-    struct vw_push_reduce reduce = {.count = groups_of(step->padded_rays)};
-    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_GRADIENT], rays, sizeof *rays, step->padded_rays);
-    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_REDUCE], &reduce, sizeof reduce, sizes->columns);
-}
-
-void vw_ray_network_list_costs(const struct vw_ray_network *sizes, const struct vw_effect_work *work,
-                               double pixel_bytes, struct vw_pass_costs *costs) {
-    double rays = work->rays, products = sizes->params + 16.0 * VISIBILITY4 * sizes->code4,
-           groups = rays / VISIBILITY_GROUP, columns = 16.0 * sizes->columns, pixels = rays * (pixel_bytes + 8);
-    const struct vw_pass_cost passes[] = {
-        {"predict_visibility", NULL, 1, rays * products, pixels + rays / 64 * columns},
-        {"gradient_visibility", NULL, 1, 3 * rays * products, pixels + 2 * groups * columns},
-        {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
-}
 
 // ---- Params ---------------------------------------------------------------------------------------------------------
 
