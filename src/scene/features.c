@@ -50,7 +50,7 @@ enum vw_status vw_features_find(struct vw_scene_builder *builder) {
             status =
                 vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], &photo->features_path);
         if (status || !photo->features_path) continue;
-        status = hash_file(builder, photo);
+        if (!builder->params->headers_only) status = hash_file(builder, photo);
         found++;
     }
     if (status || !found) return status;

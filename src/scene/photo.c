@@ -126,7 +126,7 @@ enum vw_status vw_photos_read(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
     struct repairs repairs = {0};
     enum vw_status status = find_masks(builder);
-    if (!status && !builder->params->headers_only) status = vw_features_find(builder);
+    if (!status) status = vw_features_find(builder);
     if (status) return status;
     status = vw_photo_source_create(builder);
     if (status) return status;

@@ -31,6 +31,8 @@ write_photos "$colmap/images"
 mkdir -p "$colmap/sparse/0" "$colmap/masks/sub"
 write_photo "$colmap/masks/0.png"
 write_photo "$colmap/masks/sub/7.png"
+mkdir -p "$colmap/features/sub" # hashed and copied, but not read without the effect uncertainty
+for map in 0 sub/7; do echo "map $map" >"$colmap/features/$map.npy"; done
 printf '1 PINHOLE 8 6 9.5 9.25 4.125 3.0625\n2 SIMPLE_RADIAL 8 6 9.75 4 3 -0.02\n' >"$colmap/sparse/0/cameras.txt"
 : >"$colmap/sparse/0/points3D.txt"
 for i in "${!names[@]}"; do
@@ -76,6 +78,7 @@ check "transforms.json names them" answers "(SELECT count(*) = 11 AND sum(value 
     'masks/' || substr(value ->> '\$.file_path', 8) || '.png') BETWEEN 5 AND 6 FROM json_each(j, '\$.frames'))" \
     cat "$folder/transforms.copy/transforms.json"
 check "by COLMAP's names, too" test -s "$folder/colmap.copy/masks/0.png.png" -a -s "$folder/colmap.copy/masks/sub/7.png.png"
+check "so are maps of features" cmp "$colmap/features/sub/7.npy" "$folder/colmap.copy/features/sub/7.png.npy"
 check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' = '$folder/list.txt' AND j ->> '\$.format' = 'colmap' AND
     j ->> '\$.copy' = '$folder/both' AND json_array_length(j, '\$.selected') = 8" \
     "$program" select "$folder/colmap.run" --drop 1 --to "$folder/list.txt" --copy "$folder/both" --json --quiet

@@ -55,6 +55,12 @@ static size_t find_shared(const struct vw_scene *scene) {
     return length;
 }
 
+// Names a file that belongs to a photo, in the copy: by the photo and its own extension.
+static char *name_attached(const char *place, const char *photo, const char *path) {
+    const char *file = strrchr(path, '/'), *extension = file ? strrchr(file, '.') : NULL;
+    return vw_format_text("%s/%s%s", place, photo, extension ? extension : "");
+}
+
 static enum vw_status keep_view(struct copy *copy, const struct vw_listed_photo *photo) {
     const struct vw_view *view = vw_scene_find_view(copy->scene, photo->name);
     if (!view) return vw_photo_list_refuse_missing(copy->list, photo);
@@ -67,8 +73,7 @@ static enum vw_status keep_view(struct copy *copy, const struct vw_listed_photo 
     copy->places[index] = place;
     copy->sources[place] = (struct source){photo, files};
     if (!files->mask_path) return VW_OK;
-    const char *file = strrchr(files->mask_path, '/'), *extension = file ? strrchr(file, '.') : NULL;
-    copy->masks[place] = vw_format_text("masks/%s%s", kept->name, extension ? extension : "");
+    copy->masks[place] = name_attached("masks", kept->name, files->mask_path);
     return copy->masks[place] ? VW_OK : VW_ERROR_MEMORY;
 }
 
@@ -147,11 +152,14 @@ static enum vw_status copy_photos(const struct copy *copy) {
     for (uint32_t i = 0; !status && i < copy->kept.view_count; i++) {
         if (vw_interrupt_requested(copy->interrupt))
             return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; the same command copies again");
-        char *name = vw_format_text("images/%s", copy->kept.views[i].name);
         const struct source *source = &copy->sources[i];
+        const char *photo = copy->kept.views[i].name, *map = source->files->features_path;
+        char *name = vw_format_text("images/%s", photo), *features = map ? name_attached("features", photo, map) : NULL;
         status = name ? copy_file(copy, source->files->image_path, name, source->photo->sha256) : VW_ERROR_MEMORY;
         if (!status && copy->masks[i]) status = copy_file(copy, source->files->mask_path, copy->masks[i], NULL);
+        if (!status && map) status = features ? copy_file(copy, map, features, NULL) : VW_ERROR_MEMORY;
         free(name);
+        free(features);
     }
     return status;
 }
