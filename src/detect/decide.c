@@ -273,14 +273,16 @@ static enum vw_status rule_out(const struct vw_scene *scene, struct search *sear
 }
 
 // Lists the effects that may be added: possible, not facts, and not named by --effects.
-static enum vw_status list_candidates(const struct vw_scene *scene, const char *choice, struct search *search) {
+static enum vw_status list_candidates(const struct vw_scene *scene, const struct vw_config *planned,
+                                      struct search *search) {
     struct vw_box wide;
     uint32_t candidates = 0;
     enum vw_status status = wide_box(scene, &wide);
     if (status) return status;
     for (uint32_t i = 0; i < search->count; i++)
         if (!search->effects[i].on_request && !find_fact(search->effects[i].name) &&
-            !vw_effects_names(choice, search->effects[i].name))
+            !vw_effects_names(planned->effects, search->effects[i].name) &&
+            (search->effects[i].of_splats || planned->field != VW_FIELD_SPLATS))
             candidates |= 1u << i;
     // If all photos have transparent pixels, these show the background of the scene.
     if (vw_fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
@@ -319,7 +321,7 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
     struct search search = {.verdicts = verdicts};
     search.effects = vw_effects_get(&search.count);
     for (uint32_t i = 0; i < count; i++) search.set |= (uint32_t)verdicts[i].on << i;
-    enum vw_status status = list_candidates(scene, planned->effects, &search);
+    enum vw_status status = list_candidates(scene, planned, &search);
     if (status) return status;
     uint32_t fitted = bit_of(&search, "appearance") | bit_of(&search, "appearance_code");
     search.params = (struct vw_pilots_params){.gpu = gpu,

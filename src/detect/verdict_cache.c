@@ -42,6 +42,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
     vw_hasher_add_text(&hasher, config);
     vw_hasher_add_integer(&hasher, vw_pilot_steps_in_doubt(scene, planned));
+    vw_hasher_add_integer(&hasher, planned->field == VW_FIELD_SPLATS); // which may have fewer effects
     for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, inner.centre_world[i]);
     vw_hasher_add_real(&hasher, inner.half_extent_world);
     vw_hasher_add_real(&hasher, wide.half_extent_world);

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "experiment/retrain.h"
 #include "ledger/find_image.h"
+#include "run/lasting/lasting_summary.h"
 #include "run/out_lock.h"
 #include "run/outputs/checksums.h"
 #include "run/scoring.h"
@@ -71,7 +72,7 @@ static enum vw_status prepare(struct work *work) {
             result->half_sizes[VW_HALF_A], vw_plural(result->half_sizes[VW_HALF_A]));
     work->config = vw_config_of_retrainings(&run->recorded, &work->input);
     status = score(work);
-    if (!status && !work->input.lasting.view_count)
+    if (!status && !work->input.lasting.view_count && !vw_lasting_check_config(&run->recorded.config))
         vw_log_info("list     none by lasting credit, which needs it by validation photo: viewworth lasting %s "
                     "--lasting-matrix",
                     run->recorded.out);

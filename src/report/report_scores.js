@@ -82,8 +82,8 @@ function whyAdvised(one) {
     ' which photos can be left out is not said.' + looks;
   if (isUnshown(one)) return ' The retrainings do not show that worth tells photos apart here' +
     (one.accuracy ? ' (accuracy ' + accuracyOf(one, 0) + ')' : '') + ': which photos can be left out is not said.' + looks;
-  if (!basis) return looks + ' Which photos can be left out, credit does not say:' +
-    ' lasting credit or worth does (viewworth lasting, viewworth worth).';
+  if (!basis) return looks + ' Which photos can be left out, credit does not say: ' + (one.config.field === 'splats' ?
+    'worth does (viewworth worth).' : 'lasting credit or worth does (viewworth lasting, viewworth worth).');
   if (byOrder) return ' This rests on the order by ' + wordFor(basis) +
     ', which no retraining of this scene has tested: take out one photo at a time.' + looks;
   return ' This rests on the 95 % intervals of ' + wordFor(basis) + ', from retrainings of this scene' +

@@ -202,6 +202,8 @@ static enum vw_status check_splats(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE, "--rays: a multiple of %u with --field splats, not %u", square, config->rays);
     if (config->importance_samples || config->samples != vw_config_default.samples)
         return vw_fail(VW_ERROR_USAGE, "--samples and --importance-samples: splats have no samples; leave them out");
+    if (config->width != vw_config_default.width)
+        return vw_fail(VW_ERROR_USAGE, "--width: splats have no layers; leave it out");
     return VW_OK;
 }
 

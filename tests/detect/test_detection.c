@@ -307,6 +307,20 @@ TEST(verdicts_repeat_bit_for_bit) {
     assert_true(isnan(verdict_of(verdicts[0], count, "appearance_code")->evidence)); // nothing calls for it
 }
 
+// An effect that splats cannot have would otherwise take the place of one that they can have.
+TEST(splats_try_what_they_can_have) {
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    struct vw_scene *scene = detection_plain_scene();
+    struct vw_config config = vw_config_of_field(VW_FIELD_SPLATS);
+    config.pilot_steps = 8;
+    scene_forget_points(scene);
+    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+    assert_true(isfinite(verdict_of(verdicts, count, "sky")->evidence));
+    assert_true(isnan(verdict_of(verdicts, count, "unbounded")->evidence));
+    assert_true(isnan(verdict_of(verdicts, count, "wide_box")->evidence));
+}
+
 // Folds leave out different photos, evenly, and learn from none that judges them; photos of val and test are in
 // neither.
 TEST(folds_share_no_photo) {

@@ -19,12 +19,14 @@ struct decided {
 };
 
 static struct vw_scene *scene;
+static enum vw_field planned_field;
 
 // Decides for a run of another seed each time, which makes no difference. Returns the verdict on sky.
 static const struct vw_effect_verdict *decide(struct decided *decided, uint32_t steps) {
     static uint64_t seed;
     struct vw_config config = plain_config();
     config.seed = seed++;
+    config.field = planned_field;
     config.levels = 2;
     config.width = 16;
     config.samples = 8;
@@ -80,6 +82,9 @@ TEST_WITHIN(verdicts_are_kept, make_cache, remove_cache) {
     free(path);
     assert_false(test_same_bits(decide(&longer, 9)->ms_per_step, measured->ms_per_step)); // another key
     assert_false(was_kept(measured, decide(&second, 8)));
+    planned_field = VW_FIELD_SPLATS; // which lacks some effects
+    assert_false(test_same_bits(decide(&longer, 8)->ms_per_step, second.verdicts[kept - second.verdicts].ms_per_step));
+    planned_field = VW_FIELD_HASH;
 }
 
 // Every byte of the file counts; so do its end and what a hash cannot tell: who wrote it.

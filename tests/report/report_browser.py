@@ -252,14 +252,14 @@ def lasting_credit_is_shown(browser, folder):
     points = page.run("return charts.get('scores-chart').chart.data.datasets.flatMap(set => set.data)")
     expect(all(abs(point['y'] - 2 * point['x']) < 1e-6 for point in points), points)
     expect('not to be trusted here' in text_of(page, 'trust-note'), text_of(page, 'trust-note'))
-    lines = page.run("""return ['gate-chart', 'growth-chart', 'retrainings-chart']
-        .map(id => charts.get(id).chart.data.datasets[0].data.length)""")
+    lines = page.run("return ['gate', 'growth', 'retrainings'].map(one => charts.get(one + '-chart').chart.data.datasets[0].data.length)")
     expect(lines == [3, 2, 3], lines) # what is unknown, and what a logarithm has no place for, is left out
     page.run("run().advice.basis = 'lasting_psnr'; fillAdvice()")
     expect('not said' in text_of(page, 'advice') and 'emovable' not in text_of(page, 'advice'), text_of(page, 'advice'))
     page.run("run().advice.basis = 'worth_psnr'; run().advice.tested = false; fillAdvice()")
     expect('do not show' in text_of(page, 'advice') and 'emovable' not in text_of(page, 'advice'), text_of(page, 'advice'))
     page.run("run().advice.tested = true; fillAdvice()")
+    expect('(viewworth worth)' in page.run("return whyAdvised({...run(), advice: {}, config: {field: 'splats'}})"), 'credit of splats')
     told = text_of(page, 'accuracy-note')
     expect('0.61 (0.20 to 0.80)' in told and 'credit (dv_psnr) 0.32' in told and '0.125 dB' in told, told)
     page.choose('choose-retrainings', 'worth_psnr')

@@ -122,6 +122,7 @@ TEST(what_cannot_be_is_refused_by_name) {
         {"'huber_length':0.3", "needs --loss huber, not l2"},
         {"'ssim_weight':0.2", "--ssim-weight: needs --field splats, not hash"},
         {"'field':'mlp','ssim_weight':0.2", "--ssim-weight: needs --field splats, not mlp"},
+        {"'field':'splats','rays':512,'importance_samples':0,'width':64", "--width: splats have no layers"},
         {"'field':'splats','rays':512,'ssim_weight':1.1", "--ssim-weight takes 0 to 1, not 1.1"},
         {"'mlp_depth':3", "need --field mlp"},
         {"'field':'mlp','levels':4", "need --field hash"},

@@ -149,6 +149,8 @@ static void print_next(const struct selection_job *job) {
         vw_print_shell_path(job->options->to);
     }
     print_scene_options(job);
+    if (job->run.recorded.config.field != VW_FIELD_HASH)
+        vw_print(" --field %s", vw_field_name(job->run.recorded.config.field));
     vw_print(" --out ANOTHER\n");
 }
 

@@ -31,7 +31,10 @@ static void print_text(const struct vw_kfold *kfold, const struct vw_ranking *ra
     vw_print_shell_path(kfold->session.scene->path);
     vw_print(" --list all --list");
     vw_print_shell_path(kfold->list_path);
-    vw_print("@0 --out ANOTHER\n");
+    vw_print("@0");
+    if (kfold->params->common.config->field != VW_FIELD_HASH)
+        vw_print(" --field %s", vw_field_name(kfold->params->common.config->field));
+    vw_print(" --out ANOTHER\n");
 }
 
 // ---- JSON ----

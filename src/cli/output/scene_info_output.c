@@ -131,12 +131,12 @@ static void print_estimate(const struct vw_estimate *estimate) {
         vw_print("estimate unknown: %s\n", estimate->missing);
         return;
     }
-    vw_print("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",
-             (double)estimate->device_bytes / 0x1p20, estimate->param_count);
+    vw_print("         %.1f MiB on the device for %" PRIu64 " params\n", (double)estimate->device_bytes / 0x1p20,
+             estimate->param_count);
     char time[VW_DURATION_BYTES];
     if (isnan(estimate->seconds_per_step)) return;
     vw_text_duration(estimate->seconds_per_step * (double)estimate->steps, time);
-    vw_print("time     about %s for value with default options: %" PRIu64 " steps of %.1f ms (on %s)\n", time,
+    vw_print("time     about %s for value with these options: %" PRIu64 " steps of %.1f ms (on %s)\n", time,
              estimate->steps, 1e3 * estimate->seconds_per_step, estimate->device);
 }
 
@@ -165,7 +165,7 @@ static void print_prices(const struct vw_scene_info *info) {
         const struct vw_priced_command *command = &vw_priced_commands[c];
         vw_print("\n%-26s%9u", command->words, command->trainings);
         for (uint32_t l = 0; l < VW_PRICED_LEVELS; l++) {
-            char time[VW_DURATION_BYTES] = "";
+            char time[VW_DURATION_BYTES] = "-";
             if (isfinite(info->prices[l].seconds[c])) vw_text_duration(info->prices[l].seconds[c], time);
             vw_print("  %9s", time);
         }

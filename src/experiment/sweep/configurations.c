@@ -208,8 +208,12 @@ static enum vw_status add_learning_rate_decays(struct vw_sweep_configurations *c
     return status;
 }
 
-static enum vw_status add_downscales(struct vw_sweep_configurations *configurations) {
+static enum vw_status add_downscales(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
+    // The points of a recipe, and with them the number of splats, depend on the size of its photos.
+    if (configurations->configurations[0].config.field == VW_FIELD_SPLATS &&
+        strcmp(session->scene->format, "recipe") == 0)
+        return VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(downscales) && !status; i++) {
         char value[VALUE_BYTES];
         uint32_t downscale = (uint32_t)(configurations->configurations[0].downscale * downscales[i]);
@@ -279,7 +283,7 @@ static enum vw_status add_others(const struct vw_session *session, uint32_t para
     enum vw_status status = VW_OK;
     if (is_other_wanted(parameters, LEARNING_RATE_DECAY)) status = add_learning_rate_decays(configurations);
     if (!status && is_other_wanted(parameters, TABLE_PRECISION)) status = add_table_precisions(configurations);
-    if (!status && is_other_wanted(parameters, DOWNSCALE)) status = add_downscales(configurations);
+    if (!status && is_other_wanted(parameters, DOWNSCALE)) status = add_downscales(session, configurations);
     if (!status && is_other_wanted(parameters, EFFECTS)) status = add_effects(session, configurations);
     if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(session, configurations);
     return status;
