@@ -65,8 +65,8 @@ const struct vw_option vw_option_table[] = {
      "the first OUT)",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
     {"copy", "DIR",
-     "Folder to make with the photos that select keeps and those that validate and test, their masks, a COLMAP model "
-     "and transforms.json, for other trainers; beside or instead of --to",
+     "Folder to make with the photos that select keeps and those that validate and test, their masks and maps of "
+     "features, a COLMAP model and transforms.json, for other trainers; beside or instead of --to",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, copy), COMMON},
     {"view", "NAME|N",
      "Photo to render, or whose intrinsics --pose and --path take: its name, also without folder and extension, or its "
