@@ -53,7 +53,7 @@ static double find_auc(const struct vw_scene *scene, const struct vw_trainer *tr
             float numbers[VW_FEATURES];
             double inputs[REFERENCE_FEATURES];
             uint32_t x_px = i % image->width_px, y_px = i / image->width_px;
-            vw_features_at(trainer->step.features, view, (float)x_px + 0.5f, (float)y_px + 0.5f, numbers);
+            vw_features_at(scene, view, (float)x_px + 0.5f, (float)y_px + 0.5f, numbers);
             for (uint32_t k = 0; k < VW_FEATURES; k++) inputs[k] = numbers[k];
             inputs[VW_FEATURES] = 1.0;
             uint32_t bin = (uint32_t)(reference_certainty(reference->uncertainty, inputs) * (BINS - 1));
