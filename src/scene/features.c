@@ -25,6 +25,7 @@ struct map {
 struct vw_features {
     uint32_t view_count;
     uint32_t channels, file_channels; // 0: there are no maps; kept, and in the files
+    uint32_t *signs;                  // owned; of each channel, if there are too many: bit k is its sign in number k
     struct map *maps;                 // owned; of each view
 };
 
@@ -58,14 +59,23 @@ enum vw_status vw_features_find(struct vw_scene_builder *builder) {
                          found, vw_plural(found));
 }
 
+static enum vw_status draw_signs(struct vw_features *features) {
+    features->signs = vw_allocate(features->file_channels, sizeof *features->signs);
+    for (uint32_t channel = 0; channel < features->file_channels && features->signs; channel++) {
+        uint32_t words[4];
+        vw_random_words(0, VW_RANDOM_PROJECTION, 0, channel, 0, words);
+        features->signs[channel] = words[0];
+    }
+    return features->signs ? VW_OK : VW_ERROR_MEMORY;
+}
+
 // Projects a cell of many channels to VW_FEATURES numbers: sums with random signs.
-static void project(const struct vw_feature_file *file, size_t cell, float numbers[VW_FEATURES]) {
+static void project(const struct vw_feature_file *file, const uint32_t *signs, size_t cell,
+                    float numbers[VW_FEATURES]) {
     double sums[VW_FEATURES] = {0.0};
     for (uint32_t channel = 0; channel < file->channels; channel++) {
         double number = vw_feature_file_number(file, cell * file->channels + channel);
-        uint32_t words[4];
-        vw_random_words(0, VW_RANDOM_PROJECTION, 0, channel, 0, words);
-        for (uint32_t i = 0; i < VW_FEATURES; i++) sums[i] += words[0] >> i & 1 ? number : -number;
+        for (uint32_t i = 0; i < VW_FEATURES; i++) sums[i] += signs[channel] >> i & 1 ? number : -number;
     }
     for (uint32_t i = 0; i < VW_FEATURES; i++) numbers[i] = (float)sums[i];
 }
@@ -74,13 +84,14 @@ static enum vw_status take_map(const struct vw_feature_file *file, struct vw_fea
     size_t cells = (size_t)file->width * file->height;
     features->file_channels = file->channels;
     features->channels = file->channels < VW_FEATURES ? file->channels : VW_FEATURES;
+    if (file->channels > VW_FEATURES && !features->signs && draw_signs(features)) return VW_ERROR_MEMORY;
     map->width = file->width;
     map->height = file->height;
     map->numbers = vw_allocate(cells * features->channels, sizeof *map->numbers);
     if (!map->numbers) return VW_ERROR_MEMORY;
     for (size_t i = 0; i < cells; i++) {
         float *numbers = map->numbers + i * features->channels;
-        if (file->channels > VW_FEATURES) project(file, i, numbers);
+        if (file->channels > VW_FEATURES) project(file, features->signs, i, numbers);
         for (uint32_t c = 0; c < file->channels && file->channels <= VW_FEATURES; c++)
             numbers[c] = vw_feature_file_number(file, i * file->channels + c);
     }
@@ -160,6 +171,7 @@ void vw_features_close(struct vw_features **pointer) {
     if (!features) return;
     for (uint32_t v = 0; features->maps && v < features->view_count; v++) free(features->maps[v].numbers);
     free(features->maps);
+    free(features->signs);
     free(features);
     *pointer = NULL;
 }

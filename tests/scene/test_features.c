@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include "base/random.h"
 #include "scene/features.h"
 #include "support/feature_file.h"
 #include "support/temporary_folder.h"
@@ -65,17 +66,24 @@ FOLDER_TEST(the_scene_keeps_the_maps_of_train_photos) {
     ASSERT_OK(vw_features_open(scene));
 }
 
-// Random signs keep distances: of maps that differ, the projections differ, and are of unit size.
+// Number k of all maps is v s + i c, the sums of signs and of signs times k + 1. The mean of v is 4, that of i is 2.5.
 FOLDER_TEST(many_channels_are_projected) {
     struct vw_scene *scene = open_with_maps(*state, PHOTOS, 384);
     float first[VW_FEATURES], last[VW_FEATURES];
+    double s = 0, c = 0;
+    for (uint32_t channel = 0; channel < 384; channel++) {
+        uint32_t words[4];
+        vw_random_words(0, VW_RANDOM_PROJECTION, 0, channel, 0, words);
+        s += words[0] >> 5 & 1 ? 1.0 : -1.0;
+        c += words[0] >> 5 & 1 ? channel + 1.0 : -1.0 - channel;
+    }
     ASSERT_OK(vw_features_open(scene));
     vw_features_at(scene, 1, 0.5f, 0.5f, first);
     vw_features_at(scene, 1, 7.5f, 5.5f, last);
-    for (int i = 0; i < VW_FEATURES; i++) {
-        assert_true(fabsf(first[i]) < 3.0f && fabsf(last[i]) < 3.0f);
-        assert_true(fabsf(first[i] - last[i]) > 1e-3f);
-    }
+    double deviation = sqrt(s * s * 28.0 / 6.0 + c * c * 35.0 / 12.0);
+    assert_near(first[5], (-3.0 * s - 2.5 * c) / deviation, 1e-5);
+    assert_near(last[5], (-3.0 * s + 2.5 * c) / deviation, 1e-5);
+    assert_true(fabsf(first[5] - first[6]) > 1e-3f);
 }
 
 FOLDER_TEST(a_number_that_never_changes_is_0) {
