@@ -11,7 +11,6 @@
 #include "image/decoder.h"
 #include "image/image.h"
 #include "scene/builder.h"
-#include "scene/features.h"
 #include "viewworth/log.h"
 
 static const uint64_t TOTAL_LIMIT_BYTES = UINT64_C(1) << 40; // for all pixels of a scene
@@ -70,7 +69,6 @@ void vw_photo_source_destroy(struct vw_photo_source **source) {
         free(dying->photos[v].features_path);
     }
     vw_pixel_store_close(&dying->store);
-    vw_features_close(&dying->features);
     free(dying->photos);
     free(dying->folder);
     free(dying->places);
