@@ -1,5 +1,6 @@
 #include "scene/features.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,7 @@
 #include "image/image.h"
 #include "scene/builder.h"
 #include "scene/photo_source.h"
+#include "viewworth/log.h"
 
 static const size_t FILE_BYTES_MOST = (size_t)1 << 30;
 
@@ -48,8 +50,8 @@ enum vw_status vw_features_find(struct vw_scene_builder *builder) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
         if (builder->scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
         for (int i = 0; i < 2 && !status && !photo->features_path; i++)
-            status =
-                vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], &photo->features_path);
+            status = vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], false,
+                                          &photo->features_path);
         if (status || !photo->features_path) continue;
         if (!builder->params->headers_only) status = hash_file(builder, photo);
         found++;
@@ -152,6 +154,9 @@ static enum vw_status create(const struct vw_scene *scene, struct vw_features **
     for (uint32_t v = 0; v < scene->view_count && with_maps && !status; v++)
         if (scene->views[v].split == VW_SPLIT_TRAIN) status = read_map(scene->source, v, features);
     for (uint32_t channel = 0; channel < features->channels && !status; channel++) standardise(features, channel);
+    if (!status && with_maps)
+        vw_log_info("uncertainty: by maps of %" PRIu32 " photo%s", with_maps, vw_plural(with_maps));
+    else if (!status) vw_log_info("uncertainty: by the photos, which have no maps in features/");
     if (status) vw_features_close(&features);
     else *out = features;
     return status;

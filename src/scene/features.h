@@ -20,7 +20,7 @@ struct vw_features;
 // thread. VW_ERROR_INPUT names the file at fault, or the photo without one, if others have maps. VW_ERROR_IO if a map
 // is not the one that was hashed.
 enum vw_status vw_features_open(const struct vw_scene *scene);
-void vw_features_close(struct vw_features **features); // as the scene is closed; accepts NULL
+void vw_features_close(struct vw_features **features); // when the scene is closed; accepts NULL
 // Computes the features at a position of a train photo, which is decoded, once they are open. Beyond the photo they are
 // those at its edge.
 void vw_features_at(const struct vw_scene *scene, uint32_t view, float x_px, float y_px, float numbers[VW_FEATURES]);

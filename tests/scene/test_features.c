@@ -1,15 +1,19 @@
 // Features of pixels: which files are found, how maps are scaled and interpolated, and what photos say without them.
 #include "support/cmocka_test.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <pthread.h>
+#include <string.h>
 #include <unistd.h>
 
 #include "base/random.h"
+#include "base/text.h"
 #include "scene/features.h"
 #include "support/feature_file.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
+#include "viewworth/log.h"
 
 enum { PHOTOS = 8 };
 
@@ -45,6 +49,31 @@ FOLDER_TEST(maps_are_scaled_and_interpolated) {
     assert_near(numbers[1], (3 + 5 - 9) / sqrt(28.0 / 6.0 + 4 * 35.0 / 12.0), 1e-6);
     vw_features_at(scene, 3, 1e9f, 1e9f, numbers); // beyond the photo: cell 5
     assert_near(numbers[0], (3 + 5 - 6.5) / deviation, 1e-6);
+}
+
+static void keep_line(void *kept, enum vw_log_level level, const char *line) {
+    (void)level;
+    strncat(kept, line, 99 - strlen(kept));
+}
+
+// A preview of a photo in features/ is no map.
+FOLDER_TEST(it_is_said_once_what_features_are_of) {
+    char kept[100] = "";
+    struct vw_scene *scene = open_with_maps(*state, PHOTOS, 2);
+    tiny_photo_write(temporary_path(*state, "features/01.png"), 1);
+    struct vw_scene *with_preview = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    assert_memory_equal(with_preview->hash, scene->hash, VW_HASH_BYTES);
+    vw_log_set_sink(keep_line, kept);
+    for (int i = 0; i < 2; i++) ASSERT_OK(vw_features_open(with_preview));
+    assert_string_equal(kept, "uncertainty: by maps of 6 photos");
+    *kept = 0;
+    for (uint32_t v = 0; v < PHOTOS; v++) {
+        AUTO_FREE char *name = vw_format_text("features/%02" PRIu32 ".npy", v);
+        assert_int_equal(unlink(temporary_path(*state, name)), 0);
+    }
+    ASSERT_OK(vw_features_open(tiny_scene_open(SCENE_PARAMS(.path = *state))));
+    vw_log_set_sink(NULL, NULL);
+    assert_string_equal(kept, "uncertainty: by the photos, which have no maps in features/");
 }
 
 static void *open_in_thread(void *scene) { return vw_features_open(scene) ? NULL : scene; }
