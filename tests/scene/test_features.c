@@ -56,7 +56,7 @@ static void keep_line(void *kept, enum vw_log_level level, const char *line) {
     strncat(kept, line, 99 - strlen(kept));
 }
 
-// A preview of a photo in features/ is no map.
+// A preview of a photo in features/ is not taken for a map.
 FOLDER_TEST(it_is_said_once_what_features_are_of) {
     char kept[100] = "";
     struct vw_scene *scene = open_with_maps(*state, PHOTOS, 2);
