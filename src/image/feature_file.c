@@ -30,16 +30,19 @@ float vw_feature_file_number(const struct vw_feature_file *file, size_t index) {
     return half_number(bits);
 }
 
-// Reads the text of the header, whose form numpy fixes up to spaces. Returns whether it is of such an array.
-static bool read_shape(const char *text, struct vw_feature_file *file) {
+// Reads the text of the header. Returns whether it is what numpy writes of such an array, to the letter, with any
+// number of spaces and the line end after it: what the numbers read would print is compared with the text.
+static bool read_shape(const char *text, size_t length, struct vw_feature_file *file) {
     uint32_t item = 0;
-    int end = 0;
-    sscanf(text,
-           " { 'descr' : '<f%1" SCNu32 "' , 'fortran_order' : False , 'shape' : ( %5" SCNu32 " , %5" SCNu32
-           " , %5" SCNu32 " %*[,)] %*[,} ] %n",
-           &item, &file->height, &file->width, &file->channels, &end);
+    char expected[128];
+    sscanf(text, "{'descr': '<f%1" SCNu32 "', 'fortran_order': False, 'shape': (%5" SCNu32 ", %5" SCNu32 ", %5" SCNu32,
+           &item, &file->height, &file->width, &file->channels);
+    size_t end = (size_t)snprintf(expected, sizeof expected,
+                                  "{'descr': '<f%" PRIu32 "', 'fortran_order': False, 'shape': (%" PRIu32 ", %" PRIu32
+                                  ", %" PRIu32 "), }",
+                                  item, file->height, file->width, file->channels);
     file->half = item == 2;
-    return end && !text[end] && (item == 2 || item == 4);
+    return (item == 2 || item == 4) && !strncmp(text, expected, end) && end + strspn(text + end, " \n") == length;
 }
 
 static enum vw_status read_header(const char *path, const uint8_t *data, size_t size_bytes,
@@ -51,7 +54,7 @@ static enum vw_status read_header(const char *path, const uint8_t *data, size_t 
     if (length > HEADER_BYTES_MOST || length > size_bytes - PREFIX_BYTES)
         return vw_fail(VW_ERROR_INPUT, "%s: is no .npy file of version 1.0; write it by numpy.save", path);
     memcpy(text, data + PREFIX_BYTES, length);
-    if (!read_shape(text, file))
+    if (!read_shape(text, length, file))
         return vw_fail(VW_ERROR_INPUT,
                        "%s: holds \"%.100s\", not numbers of height x width x channels; write it by numpy.save(FILE, "
                        "numpy.ascontiguousarray(features, \"float32\"))",

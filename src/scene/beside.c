@@ -14,7 +14,7 @@ static const char *find_images_folder(const char *folder, const char *image_path
 }
 
 enum vw_status vw_scene_find_beside(const char *folder, const char *image_path, const char *place, const char *ending,
-                                    char **path) {
+                                    bool same_name, char **path) {
     const char *images = find_images_folder(folder, image_path);
     if (!images) return VW_OK;
     const char *name = images + strlen("/images/"), *dot = strrchr(name, '.');
@@ -25,7 +25,7 @@ enum vw_status vw_scene_find_beside(const char *folder, const char *image_path, 
         vw_format_text("%.*s/%s/%.*s%s", place_length, image_path, place, stem_length, name, ending),
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(candidates); i++) {
+    for (size_t i = same_name ? 0 : 1; i < VW_ARRAY_COUNT(candidates); i++) {
         if (!candidates[i]) status = VW_ERROR_MEMORY;
         if (status || *path || !vw_file_exists(candidates[i])) continue;
         status = vw_scene_file_check(folder, candidates[i]);

@@ -39,10 +39,10 @@ struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, cons
 // Sets the mask file of the view that was added last; the path is copied.
 enum vw_status vw_scene_builder_set_mask(struct vw_scene_builder *builder, const char *mask_path);
 // Finds the file of a photo in a folder images/ of the scene folder: in the folder `place` beside it with the photo's
-// name, with the name and `ending`, or with `ending` in place of its extension. `*path` is owned by the caller; it
-// stays NULL if there is none.
+// name (if `same_name`), with the name and `ending`, or with `ending` in place of its extension. `*path` is owned by
+// the caller; it stays NULL if there is none.
 enum vw_status vw_scene_find_beside(const char *folder, const char *image_path, const char *place, const char *ending,
-                                    char **path);
+                                    bool same_name, char **path);
 // Counts a photo whose file is missing.
 enum vw_status vw_scene_builder_count_missing(struct vw_scene_builder *builder, const char *name);
 // Adds notes on missing and rescaled photos.

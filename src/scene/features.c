@@ -1,5 +1,6 @@
 #include "scene/features.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,7 @@
 #include "image/image.h"
 #include "scene/builder.h"
 #include "scene/photo_source.h"
+#include "viewworth/log.h"
 
 static const size_t FILE_BYTES_MOST = (size_t)1 << 30;
 
@@ -23,8 +25,9 @@ struct map {
 };
 
 struct vw_features {
-    const struct vw_scene *scene;
+    uint32_t view_count;
     uint32_t channels, file_channels; // 0: there are no maps; kept, and in the files
+    uint32_t *signs;                  // owned; of each channel, if there are too many: bit k is its sign in number k
     struct map *maps;                 // owned; of each view
 };
 
@@ -47,8 +50,8 @@ enum vw_status vw_features_find(struct vw_scene_builder *builder) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
         if (builder->scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
         for (int i = 0; i < 2 && !status && !photo->features_path; i++)
-            status =
-                vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], &photo->features_path);
+            status = vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], false,
+                                          &photo->features_path);
         if (status || !photo->features_path) continue;
         if (!builder->params->headers_only) status = hash_file(builder, photo);
         found++;
@@ -58,14 +61,23 @@ enum vw_status vw_features_find(struct vw_scene_builder *builder) {
                          found, vw_plural(found));
 }
 
+static enum vw_status draw_signs(struct vw_features *features) {
+    features->signs = vw_allocate(features->file_channels, sizeof *features->signs);
+    for (uint32_t channel = 0; channel < features->file_channels && features->signs; channel++) {
+        uint32_t words[4];
+        vw_random_words(0, VW_RANDOM_PROJECTION, 0, channel, 0, words);
+        features->signs[channel] = words[0];
+    }
+    return features->signs ? VW_OK : VW_ERROR_MEMORY;
+}
+
 // Projects a cell of many channels to VW_FEATURES numbers: sums with random signs.
-static void project(const struct vw_feature_file *file, size_t cell, float numbers[VW_FEATURES]) {
+static void project(const struct vw_feature_file *file, const uint32_t *signs, size_t cell,
+                    float numbers[VW_FEATURES]) {
     double sums[VW_FEATURES] = {0.0};
     for (uint32_t channel = 0; channel < file->channels; channel++) {
         double number = vw_feature_file_number(file, cell * file->channels + channel);
-        uint32_t words[4];
-        vw_random_words(0, VW_RANDOM_PROJECTION, 0, channel, 0, words);
-        for (uint32_t i = 0; i < VW_FEATURES; i++) sums[i] += words[0] >> i & 1 ? number : -number;
+        for (uint32_t i = 0; i < VW_FEATURES; i++) sums[i] += signs[channel] >> i & 1 ? number : -number;
     }
     for (uint32_t i = 0; i < VW_FEATURES; i++) numbers[i] = (float)sums[i];
 }
@@ -74,21 +86,21 @@ static enum vw_status take_map(const struct vw_feature_file *file, struct vw_fea
     size_t cells = (size_t)file->width * file->height;
     features->file_channels = file->channels;
     features->channels = file->channels < VW_FEATURES ? file->channels : VW_FEATURES;
+    if (file->channels > VW_FEATURES && !features->signs && draw_signs(features)) return VW_ERROR_MEMORY;
     map->width = file->width;
     map->height = file->height;
     map->numbers = vw_allocate(cells * features->channels, sizeof *map->numbers);
     if (!map->numbers) return VW_ERROR_MEMORY;
     for (size_t i = 0; i < cells; i++) {
         float *numbers = map->numbers + i * features->channels;
-        if (file->channels > VW_FEATURES) project(file, i, numbers);
+        if (file->channels > VW_FEATURES) project(file, features->signs, i, numbers);
         for (uint32_t c = 0; c < file->channels && file->channels <= VW_FEATURES; c++)
             numbers[c] = vw_feature_file_number(file, i * file->channels + c);
     }
     return VW_OK;
 }
 
-static enum vw_status read_map(struct vw_features *features, uint32_t view) {
-    const struct vw_photo_source *source = features->scene->source;
+static enum vw_status read_map(const struct vw_photo_source *source, uint32_t view, struct vw_features *features) {
     const struct vw_scene_builder_photo *photo = &source->photos[view];
     struct vw_feature_file file;
     uint8_t sha256[VW_HASH_BYTES];
@@ -117,7 +129,7 @@ static void standardise(struct vw_features *features, uint32_t channel) {
     double sum = 0.0, squares = 0.0, count = 0.0;
     for (int pass = 0; pass < 3; pass++) {
         double mean = count > 0.0 ? sum / count : 0.0, deviation = count > 0.0 ? sqrt(squares / count) : 0.0;
-        for (uint32_t v = 0; v < features->scene->view_count; v++) {
+        for (uint32_t v = 0; v < features->view_count; v++) {
             const struct map *map = &features->maps[v];
             for (size_t i = 0; map->numbers && i < (size_t)map->width * map->height; i++) {
                 float *number = &map->numbers[i * features->channels + channel];
@@ -130,27 +142,41 @@ static void standardise(struct vw_features *features, uint32_t channel) {
     }
 }
 
-enum vw_status vw_features_open(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
-                                struct vw_features **out) {
+static enum vw_status create(const struct vw_scene *scene, struct vw_features **out) {
     struct vw_features *features = vw_allocate(1, sizeof *features);
-    bool any = false;
+    uint32_t with_maps = 0;
     if (!features) return VW_ERROR_MEMORY;
-    *features = (struct vw_features){.scene = scene, .maps = vw_allocate(scene->view_count, sizeof *features->maps)};
+    *features = (struct vw_features){.view_count = scene->view_count,
+                                     .maps = vw_allocate(scene->view_count, sizeof *features->maps)};
     enum vw_status status = features->maps ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count && scene->source; i++) any |= scene->source->photos[views[i]].features_path != NULL;
-    for (uint32_t i = 0; i < count && any && !status; i++)
-        if (!features->maps[views[i]].numbers) status = read_map(features, views[i]);
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        with_maps += scene->views[v].split == VW_SPLIT_TRAIN && scene->source->photos[v].features_path;
+    for (uint32_t v = 0; v < scene->view_count && with_maps && !status; v++)
+        if (scene->views[v].split == VW_SPLIT_TRAIN) status = read_map(scene->source, v, features);
     for (uint32_t channel = 0; channel < features->channels && !status; channel++) standardise(features, channel);
+    if (!status && with_maps)
+        vw_log_info("uncertainty: by maps of %" PRIu32 " photo%s", with_maps, vw_plural(with_maps));
+    else if (!status) vw_log_info("uncertainty: by the photos, which have no maps in features/");
     if (status) vw_features_close(&features);
     else *out = features;
+    return status;
+}
+
+enum vw_status vw_features_open(const struct vw_scene *scene) {
+    enum vw_status status = VW_OK;
+    if (!scene->source) return VW_OK;
+    (void)pthread_mutex_lock(&scene->source->lock);
+    if (!scene->source->features) status = create(scene, &scene->source->features);
+    (void)pthread_mutex_unlock(&scene->source->lock);
     return status;
 }
 
 void vw_features_close(struct vw_features **pointer) {
     struct vw_features *features = *pointer;
     if (!features) return;
-    for (uint32_t v = 0; features->maps && v < features->scene->view_count; v++) free(features->maps[v].numbers);
+    for (uint32_t v = 0; features->maps && v < features->view_count; v++) free(features->maps[v].numbers);
     free(features->maps);
+    free(features->signs);
     free(features);
     *pointer = NULL;
 }
@@ -216,13 +242,13 @@ static void look_at_photo(const struct vw_scene *scene, const struct vw_image *i
     numbers[3] = 5.0f * hypotf(near[5].luminance - near[3].luminance, near[7].luminance - near[1].luminance);
 }
 
-void vw_features_at(const struct vw_features *features, uint32_t view, float x_px, float y_px,
-                    float numbers[VW_FEATURES]) {
-    const struct vw_image *image = &features->scene->views[view].image;
+void vw_features_at(const struct vw_scene *scene, uint32_t view, float x_px, float y_px, float numbers[VW_FEATURES]) {
+    const struct vw_image *image = &scene->views[view].image;
+    const struct vw_features *features = scene->source ? scene->source->features : NULL;
     memset(numbers, 0, VW_FEATURES * sizeof *numbers);
-    if (!features->channels)
-        look_at_photo(features->scene, image, (int64_t)clamped(x_px, image->width_px),
-                      (int64_t)clamped(y_px, image->height_px), numbers);
+    if (!features || !features->channels)
+        look_at_photo(scene, image, (int64_t)clamped(x_px, image->width_px), (int64_t)clamped(y_px, image->height_px),
+                      numbers);
     else
         interpolate(&features->maps[view], features->channels, x_px / (float)image->width_px,
                     y_px / (float)image->height_px, numbers);

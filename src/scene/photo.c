@@ -26,7 +26,7 @@ static enum vw_status find_masks(struct vw_scene_builder *builder) {
         if (view->split == VW_SPLIT_EXCLUDED) continue;
         enum vw_status status = photo->mask_path ? VW_OK
                                                  : vw_scene_find_beside(builder->folder, photo->image_path, "masks",
-                                                                        ".png", &photo->mask_path);
+                                                                        ".png", true, &photo->mask_path);
         if (!status && photo->mask_path)
             status = vw_mask_probe(builder->folder, photo->mask_path, photo->image_header.width_px,
                                    photo->image_header.height_px, &photo->mask_header);

@@ -22,16 +22,19 @@ struct vw_pixel_store {
 enum vw_status vw_pixel_store_open(uint64_t size_bytes, struct vw_pixel_store *store);
 void vw_pixel_store_close(struct vw_pixel_store *store); // accepts a zeroed one
 
+struct vw_features; // features.h
+
 struct vw_photo_source {
     char *folder;                          // owned; no file may be outside of it
     struct vw_scene_builder_photo *photos; // owned; of each view
     uint32_t view_count, downscale;
     bool headers_only; // nothing is hashed or decoded
     struct vw_pixel_store store;
-    uint64_t *places;       // owned; of each view's pixels in the store, in bytes
-    pthread_mutex_t lock;   // guards the fields below, and pixels that are not decoded yet
-    bool *asked;            // owned; of each view: scratch
-    uint32_t decoded_count; // views whose pixels are there
+    uint64_t *places;             // owned; of each view's pixels in the store, in bytes
+    pthread_mutex_t lock;         // guards the fields below, and pixels that are not decoded yet
+    bool *asked;                  // owned; of each view: scratch
+    uint32_t decoded_count;       // views whose pixels are there
+    struct vw_features *features; // owned; NULL until vw_features_open(); then it never changes
 };
 
 // Takes the builder's photos and folder over into its scene, and makes room for their pixels.

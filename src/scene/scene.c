@@ -11,6 +11,7 @@
 #include "image/image.h"
 #include "image/photo_formats.h"
 #include "scene/exposures/exposures.h"
+#include "scene/features.h"
 #include "scene/formats/formats.h"
 #include "scene/formats/photo_list.h"
 #include "scene/photo_source.h"
@@ -193,6 +194,7 @@ void vw_scene_close(struct vw_scene **scene) {
         free(closing->views[v].mask);
         vw_image_clear(&closing->views[v].image);
     }
+    if (closing->source) vw_features_close(&closing->source->features);
     vw_photo_source_destroy(&closing->source);
     free(closing->exposures);
     for (uint32_t i = 0; i < closing->note_count; i++) free(closing->notes[i]);

@@ -10,7 +10,6 @@
 #include "train/renderers/volume/importance.h"
 
 struct vw_consistency_effect; // effects/consistency.h
-struct vw_features;           // scene/features.h
 struct vw_photo_order;
 struct vw_splat_step; // renderers/splats/splats_renderer.h
 
@@ -40,7 +39,6 @@ struct vw_step_passes {
     struct vw_buffer *effect_buffers[VW_SLOT_COUNT];                           // the effects', by slot
     struct vw_effect_sets effects;
     struct vw_consistency_effect *consistency; // NULL without that loss
-    struct vw_features *features;              // owned; NULL without the effect uncertainty
 };
 
 // The flags of `overflow`, which passes set: one of the weights, one of photos, then those of the renderer.

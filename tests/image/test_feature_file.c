@@ -54,6 +54,10 @@ FOLDER_TEST(other_arrays_are_refused) {
         "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 2, 3), }",
         "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2, 3), } and more",
         "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2, 3",
+        "{'descr': '<f 4', 'fortran_order': False, 'shape': (1, 2, 3), }",
+        "{'descr': '<f4', 'fortran_order': False, 'shape': (+1, 2, 3), }",
+        "{'descr': '<f4', 'fortran_order': False, 'shape': (-1, 2, 3), }",
+        "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2, 3),),, }}",
         "{'descr': '<f4', 'fortran_order': False, 'shape': (123456, 2, 3), }",
         "",
     };
@@ -64,6 +68,17 @@ FOLDER_TEST(other_arrays_are_refused) {
     }
 }
 
+FOLDER_TEST(a_header_ends_with_spaces) {
+    AUTO_FREE uint8_t *data = NULL;
+    size_t size_bytes;
+    const char *path = temporary_path(*state, "a.npy");
+    test_write_features(path, 3, 1, 2, some);
+    data = temporary_read(path, &size_bytes);
+    data[100] = 0;
+    temporary_write(path, data, size_bytes);
+    refused(path, "height x width x channels");
+}
+
 FOLDER_TEST(sizes_that_do_not_fit_are_refused) {
     const char *path = temporary_path(*state, "a.npy"),
                *header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2, 3), }";
@@ -72,8 +87,6 @@ FOLDER_TEST(sizes_that_do_not_fit_are_refused) {
     test_write_npy(path, header, some, 25);
     refused(path, "has 25 bytes of numbers, not the 24");
     test_write_npy(path, "{'descr': '<f4', 'fortran_order': False, 'shape': (0, 2, 3), }", some, 0);
-    refused(path, "from 1 to 16384 a side");
-    test_write_npy(path, "{'descr': '<f4', 'fortran_order': False, 'shape': (-1, 2, 3), }", some, 24);
     refused(path, "from 1 to 16384 a side");
     test_write_npy(path, "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 4097), }", some, 24);
     refused(path, "4097 numbers");

@@ -5,10 +5,11 @@
 // network with all other weights. Only training uses it.
 #include "train/effects/uncertainty.h"
 
+#include <string.h>
+
 #include "gpu/shaders.h"
 #include "scene/features.h"
 #include "train/effects/ray_network.h"
-#include "train/photo_order.h"
 #include "train/step_passes.h"
 
 static const struct vw_ray_network network = {.input4 = FEATURE4,
@@ -44,12 +45,7 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
     return vw_ray_network_list_buffers(&network, padded_rays, buffers);
 }
 
-static enum vw_status create(struct vw_step_passes *step) {
-    return vw_features_open(step->field->scene, step->photo_order->train_views, step->photo_order->train_count,
-                            &step->features);
-}
-
-static void destroy(struct vw_step_passes *step) { vw_features_close(&step->features); }
+static enum vw_status create(struct vw_step_passes *step) { return vw_features_open(step->field->scene); }
 
 // Leaves out pixels that do not count: their features may be of nothing.
 static void draw_pixels(const struct vw_step_passes *step, uint32_t view, uint32_t first_pixel) {
@@ -57,8 +53,8 @@ static void draw_pixels(const struct vw_step_passes *step, uint32_t view, uint32
     float *features =
         (float *)vw_buffer_map(step->effect_buffers[VW_SLOT_FEATURES]) + (size_t)4 * FEATURE4 * first_pixel;
     for (uint32_t i = 0; i < step->rays; i++, features += 4 * FEATURE4) {
-        for (uint32_t k = 0; k < VW_FEATURES; k++) features[k] = 0.0f;
-        if (pixels[i].weight != 0.0f) vw_features_at(step->features, view, pixels[i].x_px, pixels[i].y_px, features);
+        if (pixels[i].weight == 0.0f) memset(features, 0, VW_FEATURES * sizeof *features);
+        else vw_features_at(step->field->scene, view, pixels[i].x_px, pixels[i].y_px, features);
         features[VW_FEATURES] = 1.0f;
     }
 }
@@ -89,7 +85,6 @@ const struct vw_effect_kind vw_effect_uncertainty = {
     .pixel_bytes = sizeof(vw_float4) * FEATURE4,
     .draw_pixels = draw_pixels,
     .create = create,
-    .destroy = destroy,
     .record_rays = vw_ray_network_record_rays,
     .record_gradient = record_gradient,
     .list_costs = list_costs,

