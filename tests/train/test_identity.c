@@ -24,7 +24,7 @@ static void exclude_first(struct vw_scene *scene) {
     scene->split_count[VW_SPLIT_EXCLUDED]++;
 }
 
-#define OF_SPLATS "'field':'splats','levels':10,'log2_table':14,'rays':256"
+#define OF_SPLATS "'field':'splats','levels':10,'log2_table':14,'width':32,'rays':256"
 #define OF_MLP "'field':'mlp','levels':10,'log2_table':14"
 enum { SAME = 3 }; // the first settings leave a run what it is
 static const char *const settings[] = {
