@@ -69,7 +69,7 @@ struct vw_gpu_info {
 };
 
 struct vw_gpu_params {
-    const char *device; // NULL: the first fit one; decimal index, or a case-insensitive part of the name
+    const char *device; // NULL, "gpu", "cpu": the first fit one, of that kind; else its index or a part of its name
     bool validation;    // Khronos validation with synchronization validation; a missing layer is an error and
                         // any message of severity warning or error makes the next submit, wait or close fail
     bool timers;        // time every pass with timestamps, where the device has them

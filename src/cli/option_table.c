@@ -333,7 +333,8 @@ const struct vw_option vw_option_table[] = {
      OPTION(COUNT, config.width), DEFAULT("32, with --field mlp 256")},
 
     // Options that most commands share.
-    {"device", "N|NAME", "Vulkan device: its index or part of its name, see viewworth devices", VW_OPTIONS_DEVICE,
+    {"device", "gpu|cpu|N|NAME",
+     "Vulkan device: the first GPU or CPU, an index, or part of a name, see viewworth devices", VW_OPTIONS_DEVICE,
      VW_SECTION_GENERAL, OPTION(TEXT, device), COMMON, DEFAULT("the preferred one")},
     {"memory", "SIZE",
      "Memory for decoded photos, for example 4GB or 512MiB; photos that need more are kept in a file in the cache "

@@ -1,17 +1,48 @@
 #include "run/devices.h"
 
+#include <glob.h>
+#include <limits.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/json.h"
+#include "base/memory.h"
 #include "scene/val_weights.h"
 #include "viewworth/log.h"
+
+bool vw_find_gpu_file(const char *folder, char *path, size_t path_bytes) {
+    static const char *const patterns[] = {"nvidia[0-9]*", "dri/renderD*", "kfd", "dxg"};
+    bool found = false;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(patterns) && !found; i++) {
+        char pattern[PATH_MAX];
+        glob_t files = {0};
+        snprintf(pattern, sizeof pattern, "%s/%s", folder, patterns[i]);
+        found = !glob(pattern, 0, NULL, &files);
+        if (found) snprintf(path, path_bytes, "%s", files.gl_pathv[0]);
+        globfree(&files);
+    }
+    return found;
+}
+
+// Warns where a CPU took over: containers often lack a driver's Vulkan part, and training goes on a hundred times
+// slower.
+static void warn_of_unused_gpu(void) {
+    char file[PATH_MAX];
+    if (vw_find_gpu_file("/dev", file, sizeof file))
+        vw_log_warning(
+            "%s is a GPU's, but Vulkan offers no GPU that can be used: training on the CPU. See viewworth "
+            "devices, install the GPU's Vulkan driver (in containers NVIDIA_DRIVER_CAPABILITIES=all), or give "
+            "--device cpu",
+            file);
+}
 
 enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu) {
     enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = device, .timers = timers}, gpu);
     if (status) return status;
     const struct vw_gpu_info *info = vw_gpu_get_info(*gpu);
     vw_log_info("device   %u: %s (%s)", info->index, info->name, info->driver);
+    if (!device && info->kind == VW_GPU_CPU) warn_of_unused_gpu();
     return VW_OK;
 }
 

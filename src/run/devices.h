@@ -9,9 +9,11 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// Opens the device with that index or with that part of its name (NULL: the preferred one) and logs which it is.
-// `timers`: time every pass.
+// Opens a device (as vw_gpu_params.device) and logs which it is. Warns where the preferred one is a CPU although the
+// machine has a GPU's files. `timers`: time every pass.
 enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu);
+// Finds the first device file of a GPU below /dev, which tests replace: `path` is its path.
+bool vw_find_gpu_file(const char *folder, char *path, size_t path_bytes);
 
 // Returns the scene options for run.scene_options_json: canonical JSON of those that differ from their defaults,
 // without path, headers_only and gpu; "{}" without any. Owned by the caller.

@@ -54,7 +54,7 @@ TEST(devices_are_listed_in_order_of_preference) {
     free(infos);
 }
 
-TEST(a_device_is_chosen_by_index_or_name) {
+TEST(a_device_is_chosen_by_index_name_or_kind) {
     const struct vw_gpu_info *preferred = vw_gpu_get_info(test_gpu());
     char upper[256];
     for (size_t i = 0; i < sizeof upper; i++) {
@@ -63,7 +63,8 @@ TEST(a_device_is_chosen_by_index_or_name) {
     }
     char index[16];
     snprintf(index, sizeof index, "%u", preferred->index);
-    const char *const choices[] = {index, upper};
+    bool cpu = preferred->kind == VW_GPU_CPU;
+    const char *const choices[] = {index, upper, cpu ? "cpu" : "gpu"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
         struct vw_gpu *gpu = NULL;
         ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu));
@@ -74,7 +75,8 @@ TEST(a_device_is_chosen_by_index_or_name) {
 }
 
 TEST(an_unknown_device_lists_what_there_is) {
-    const char *const choices[] = {"no such device", "99", "000", ""};
+    bool only_cpus = vw_gpu_get_info(test_gpu())->kind == VW_GPU_CPU; // GPUs are preferred
+    const char *const choices[] = {"no such device", "99", "000", "", only_cpus ? "gpu" : "gpus"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
         struct vw_gpu *gpu = NULL;
         enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu);

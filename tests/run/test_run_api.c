@@ -2,10 +2,12 @@
 // wrap: vw_ledger_append vw_ledger_writer_add vw_checkpoints_save
 #include "support/cmocka_test.h"
 
+#include <limits.h>
 #include <stdatomic.h>
 #include <unistd.h>
 
 #include "run/checkpoints.h"
+#include "run/devices.h"
 #include "run/ledger_writer.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
@@ -385,4 +387,18 @@ FOLDER_TEST(calls_out_of_order_are_refused) {
     assert_int_equal(vw_run_images(NULL, &images, &count), VW_ERROR_USAGE);
     assert_int_equal(vw_run_open(&params, NULL), VW_ERROR_USAGE);
     assert_int_equal(vw_report_write(NULL, 0, NULL, NULL), VW_ERROR_USAGE);
+}
+
+FOLDER_TEST(files_of_a_gpu_are_found) {
+    const char *const files[] = {"nvidia0", "dri/renderD128", "kfd", "dxg"};
+    char path[PATH_MAX];
+    temporary_file(*state, "nvidiactl", ""); // there without a card, too
+    temporary_file(*state, "dri/card0", ""); // a screen's
+    assert_false(vw_find_gpu_file(*state, path, sizeof path));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(files); i++) {
+        const char *file = temporary_file(*state, files[i], "");
+        assert_true(vw_find_gpu_file(*state, path, sizeof path));
+        assert_string_equal(path, file);
+        assert_int_equal(unlink(file), 0);
+    }
 }
