@@ -96,18 +96,27 @@ static uint64_t largest_device_heap_bytes(VkPhysicalDevice physical) {
     return bytes;
 }
 
-// Finds the first queue family that computes; returns false when there is none.
+int vw_queue_family_choose(const VkQueueFamilyProperties *families, uint32_t count) {
+    int chosen = -1;
+    for (uint32_t i = 0; i < count; i++) {
+        VkQueueFlags flags = families[i].queueFlags;
+        if (!(flags & VK_QUEUE_COMPUTE_BIT)) continue;
+        // Without graphics a family leaves the screen alone, and watchdogs of drivers are more patient there.
+        if (!(flags & VK_QUEUE_GRAPHICS_BIT) && families[i].timestampValidBits) return (int)i;
+        if (chosen < 0) chosen = (int)i;
+    }
+    return chosen;
+}
+
 static bool find_queue_family(struct vw_candidate *candidate) {
     VkQueueFamilyProperties families[32];
     uint32_t count = 32;
     vkGetPhysicalDeviceQueueFamilyProperties(candidate->physical, &count, families);
-    for (uint32_t i = 0; i < count; i++) {
-        if (!(families[i].queueFlags & VK_QUEUE_COMPUTE_BIT)) continue;
-        candidate->queue_family = i;
-        candidate->timestamp_bits = families[i].timestampValidBits;
-        return true;
-    }
-    return false;
+    int chosen = vw_queue_family_choose(families, count);
+    if (chosen < 0) return false;
+    candidate->queue_family = (uint32_t)chosen;
+    candidate->timestamp_bits = families[chosen].timestampValidBits;
+    return true;
 }
 
 static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint64_t allocation_bytes) {

@@ -9,10 +9,12 @@ enum vw_status vw_gpu_fail(int result, const char *call, const char *object) {
                        call);
     case VK_ERROR_OUT_OF_DEVICE_MEMORY:
     case VK_ERROR_OUT_OF_POOL_MEMORY:
-    case VK_ERROR_TOO_MANY_OBJECTS:
         return vw_fail(VW_ERROR_MEMORY,
                        "%s: out of device memory in %s; use fewer --rays, --samples or --val-rays, or another --device",
                        object, call);
+    case VK_ERROR_TOO_MANY_OBJECTS:
+        return vw_fail(VW_ERROR_MEMORY, "%s: the device allows no more allocations in %s; lower --together", object,
+                       call);
     case VK_ERROR_DEVICE_LOST:
         return vw_fail(
             VW_ERROR_DEVICE_LOST,

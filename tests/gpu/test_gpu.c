@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "gpu/limits.h"
 #include "gpu/result.h"
 #include "support/gpu_fixture.h"
 
@@ -112,10 +113,23 @@ TEST(a_clamp_only_lowers) {
     assert_false(limits->int64 || limits->int64_atomics || limits->timestamps);
 }
 
+TEST(queues_without_graphics_are_preferred) {
+    const VkQueueFamilyProperties graphics = {.queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT,
+                                              .timestampValidBits = 64},
+                                  transfer = {.queueFlags = VK_QUEUE_TRANSFER_BIT, .timestampValidBits = 64},
+                                  compute = {.queueFlags = VK_QUEUE_COMPUTE_BIT, .timestampValidBits = 64},
+                                  untimed = {.queueFlags = VK_QUEUE_COMPUTE_BIT};
+    const VkQueueFamilyProperties families[] = {transfer, graphics, untimed, compute};
+    assert_int_equal(vw_queue_family_choose(families, 4), 3);
+    assert_int_equal(vw_queue_family_choose(families, 3), 1);
+    assert_int_equal(vw_queue_family_choose(families, 1), -1);
+}
+
 TEST(messages_tell_memory_from_loss) {
     ASSERT_FAILS(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY,
                  "buffer rays: out of host memory");
     ASSERT_FAILS(vw_gpu_fail(-2, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "out of device memory");
+    ASSERT_FAILS(vw_gpu_fail(-10, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "lower --together");
     ASSERT_FAILS(vw_gpu_fail(-4, "vkQueueSubmit", "submission"), VW_ERROR_DEVICE_LOST, "run again");
     ASSERT_FAILS(vw_gpu_fail(-9, "vkCreateInstance", "Vulkan"), VW_ERROR_NO_DEVICE, "no Vulkan driver");
     ASSERT_FAILS(vw_gpu_fail(-3, "vkCreateDevice", "a card"), VW_ERROR_DEVICE,

@@ -25,6 +25,7 @@ void main() {
     uint k = gl_LocalInvocationID.x;
     if (state.nonfinite != 0u) return; // in all invocations alike: the step is skipped
     uint visits = next_visit(moments[state.view].visits);
+    memoryBarrierBuffer();
     barrier(); // all have read the visits
     if (k >= TRANSIENT_CODE4) return;
     if (k == 0u) moments[state.view].visits = visits;
