@@ -267,6 +267,17 @@ struct reference_step *hard_check_step(struct hard_finding *finding, struct step
     return reference;
 }
 
+void hard_check_infinite_loss(struct hard_finding *finding, struct step_bench *bench) {
+    bench->pixels[3].rgba.x = 1e30f;
+    hard_write_pixels(bench);
+    struct hard_gradients gradients = hard_take_gradients(bench, 1);
+    struct hard_state before = hard_state_read(bench);
+    step_bench_step(bench, 1);
+    struct hard_state after = hard_state_read(bench);
+    hard_require(finding, after.skipped, "the step is skipped");
+    hard_check_update(finding, bench, 1, &gradients, &before, &after);
+}
+
 // ---- Rendering ------------------------------------------------------------------------------------------------------
 
 void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench) {

@@ -43,6 +43,8 @@ struct reference_step *hard_check_gradients(struct hard_finding *finding, struct
 void hard_check_update(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,
                        const struct hard_gradients *gradients, const struct hard_state *before,
                        const struct hard_state *after);
+// Checks that step 1 is skipped and says so where a pixel's loss is infinite.
+void hard_check_infinite_loss(struct hard_finding *finding, struct step_bench *bench);
 
 // Renders bench->pixels as validation does and holds colours and transmittance against the reference's.
 void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench);
