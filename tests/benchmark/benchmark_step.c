@@ -350,10 +350,10 @@ static enum vw_status take_parts(const struct group *group, struct vw_submission
         uint32_t rays = parts->config->rays, rows = vw_validation_rows_per_measurement(parts->validation);
         double since_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
         for (uint32_t k = 0; k < steps; k++) {
-            const struct vw_pixel_draw drawn = {parts->config->seed, k + 1,
-                                                .picture_side = parts->field->model->picture_side};
+            const struct vw_pixel_draw drawn = {
+                parts->config->seed, k + 1, .picture_side = parts->field->model->picture_side, .masks = parts->masks};
             vw_step_draw_pixels(parts->step, parts->scene, vw_photo_order_view_of_step(parts->photo_order, k + 1),
-                                &drawn, parts->masks, k * rays);
+                                &drawn, k * rays);
         }
         add_part(&parts_us[DRAW], &since_s);
         for (uint32_t k = 0; k < steps; k++) {
