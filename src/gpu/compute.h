@@ -43,7 +43,7 @@ enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_param
 void vw_buffer_destroy(struct vw_buffer **buffer);
 uint64_t vw_buffer_size_bytes(const struct vw_buffer *buffer);
 // Returns the mapped, coherent memory of an UPLOAD or READBACK buffer; NULL for DEVICE. It is valid until destroy. The
-// caller must not touch it while a submission uses it.
+// caller must not touch it while a submission uses it, and never reads that of UPLOAD: discrete cards do not cache it.
 void *vw_buffer_map(struct vw_buffer *buffer);
 // Copies between host and any buffer and waits for the GPU; ordered after everything submitted before.
 enum vw_status vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes);

@@ -46,7 +46,11 @@ struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct v
     };
 }
 
-struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px) {
+static bool counts(const struct vw_view *view, bool masks, uint32_t x_px, uint32_t y_px) {
+    return masks ? vw_view_keeps(view, x_px, y_px) : vw_view_can_use(view, x_px, y_px);
+}
+
+struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, bool masks, uint32_t x_px, uint32_t y_px) {
     float rgba[4];
     const struct vw_image *image = &scene->views[view].image;
     vw_image_pixel(image, x_px, y_px, rgba);
@@ -54,18 +58,9 @@ struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32
         .x_px = (float)x_px + 0.5f,
         .y_px = (float)y_px + 0.5f,
         .view = view,
-        .weight = vw_view_keeps(&scene->views[view], x_px, y_px) ? 1.0f : 0.0f,
+        .weight = counts(&scene->views[view], masks, x_px, y_px) ? 1.0f : 0.0f,
         .rgba = {rgba[0], rgba[1], rgba[2], rgba[3]},
     };
-}
-
-void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        const struct vw_view *view = &scene->views[pixels[i].view];
-        uint32_t x_px = (uint32_t)pixels[i].x_px, y_px = (uint32_t)pixels[i].y_px;
-        bool inside = x_px < view->image.width_px && y_px < view->image.height_px; // tiles reach beyond a photo
-        pixels[i].weight = inside && vw_view_can_use(view, x_px, y_px) ? 1.0f : 0.0f;
-    }
 }
 
 // Returns the beginning of part `index` of `parts` nearly equal parts of `total`.
@@ -86,7 +81,7 @@ void vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw
         uint32_t words[4], parts = in_cell ? side : 1, x = in_cell ? ray % side : 0, y = in_cell ? ray / side : 0;
         vw_random_words(draw->seed, VW_RANDOM_PIXEL, draw->step, ray, draw->draw, words);
         pixels[ray] = vw_pixels_at(
-            scene, view,
+            scene, view, draw->masks,
             draw_within(words[0], part_begin(x, parts, image->width_px), part_begin(x + 1, parts, image->width_px)),
             draw_within(words[1], part_begin(y, parts, image->height_px), part_begin(y + 1, parts, image->height_px)));
     }
@@ -156,18 +151,18 @@ static void next_stratum(struct strata *s) {
 static bool shows(const struct vw_view *view, bool masks, uint32_t left_px, uint32_t top_px, uint32_t side) {
     for (uint32_t y = top_px; y < top_px + side && y < view->image.height_px; y++)
         for (uint32_t x = left_px; x < left_px + side && x < view->image.width_px; x++)
-            if (masks ? vw_view_keeps(view, x, y) : vw_view_can_use(view, x, y)) return true;
+            if (counts(view, masks, x, y)) return true;
     return false;
 }
 
 // Writes the pixels of a square that lie in the photo; returns how many.
-static uint32_t take_square(const struct vw_scene *scene, uint32_t view, uint32_t left_px, uint32_t top_px,
+static uint32_t take_square(const struct vw_scene *scene, uint32_t view, bool masks, uint32_t left_px, uint32_t top_px,
                             uint32_t side, struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     uint32_t written = 0;
     for (uint32_t y = top_px; y < top_px + side && y < image->height_px; y++)
         for (uint32_t x = left_px; x < left_px + side && x < image->width_px; x++)
-            pixels[written++] = vw_pixels_at(scene, view, x, y);
+            pixels[written++] = vw_pixels_at(scene, view, masks, x, y);
     return written;
 }
 
@@ -184,14 +179,14 @@ uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view,
             if (shows(&scene->views[view], masks, (first + at.x) * side, at.y * side, side)) break;
             at = place_of(&strata, further);
         }
-        written += take_square(scene, view, (first + at.x) * side, at.y * side, side, pixels + written);
+        written += take_square(scene, view, masks, (first + at.x) * side, at.y * side, side, pixels + written);
     }
     return written;
 }
 
 uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
-                            uint32_t count, struct vw_pixel *pixels) {
-    return vw_pixels_stratify_squares(scene, view, columns, seed, true, 1, count, pixels);
+                            bool masks, uint32_t count, struct vw_pixel *pixels) {
+    return vw_pixels_stratify_squares(scene, view, columns, seed, masks, 1, count, pixels);
 }
 
 // Draws one of `squares` that is not among the first `drawn` of the list: Floyd's sampling.
@@ -205,22 +200,19 @@ static uint32_t draw_square(const struct vw_pixel_draw *draw, uint32_t squares, 
     return square;
 }
 
-// Writes all pixels of a tile; those beyond the photo weigh 0. Returns how many: none, if all are beyond.
-static uint32_t take_tile(const struct vw_scene *scene, uint32_t view, uint32_t left_px, uint32_t top_px, uint32_t side,
-                          struct vw_pixel *pixels) {
+void vw_pixels_take_tile(const struct vw_scene *scene, uint32_t view, bool masks, struct vw_photo_tile tile,
+                         uint32_t side, struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
-    if (left_px >= image->width_px || top_px >= image->height_px) return 0;
     for (uint32_t i = 0; i < side * side; i++) {
-        uint32_t x = left_px + i % side, y = top_px + i / side;
+        uint32_t x = tile.left_px + i % side, y = tile.top_px + i / side;
         bool inside = x < image->width_px && y < image->height_px;
-        pixels[i] = inside ? vw_pixels_at(scene, view, x, y)
+        pixels[i] = inside ? vw_pixels_at(scene, view, masks, x, y)
                            : (struct vw_pixel){.x_px = (float)x + 0.5f, .y_px = (float)y + 0.5f, .view = view};
     }
-    return side * side;
 }
 
 uint32_t vw_pixels_draw_squares(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
-                                uint32_t side, uint32_t tile, uint32_t count, struct vw_pixel *pixels) {
+                                uint32_t side, uint32_t tile, uint32_t count, struct vw_photo_tile *tiles) {
     const struct vw_image *image = &scene->views[view].image;
     uint32_t columns = (image->width_px + side - 1) / side, rows = (image->height_px + side - 1) / side,
              squares = columns * rows, wanted = count / (side * side), written = 0, list[SQUARES_MAX];
@@ -228,9 +220,9 @@ uint32_t vw_pixels_draw_squares(const struct vw_scene *scene, uint32_t view, con
     for (uint32_t i = 0; i < wanted; i++) {
         list[i] = draw_square(draw, squares, wanted, list, i);
         uint32_t left_px = list[i] % columns * side, top_px = list[i] / columns * side;
-        for (uint32_t y = 0; y < side; y += tile)
-            for (uint32_t x = 0; x < side; x += tile)
-                written += take_tile(scene, view, left_px + x, top_px + y, tile, pixels + written);
+        for (uint32_t y = top_px; y < top_px + side && y < image->height_px; y += tile)
+            for (uint32_t x = left_px; x < left_px + side && x < image->width_px; x += tile)
+                tiles[written++] = (struct vw_photo_tile){x, y};
     }
     return written;
 }

@@ -15,11 +15,9 @@
 // Returns the camera of a view in box coordinates, computed in double.
 struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct vw_box *box);
 
-// Returns one pixel with its target. Its weight is 0 if the pixel is left out (vw_view_keeps).
-struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px);
-
-// Restores the weight of pixels that only a mask hides, for a training that ignores mask files.
-void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
+// Returns one pixel with its target. Its weight is 0 if the pixel is left out; `masks`, here and below: also if a mask
+// file hides it.
+struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, bool masks, uint32_t x_px, uint32_t y_px);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
 // is the step's own; the others are for whoever tries a step on other pixels. The first picture_side^2 of them make a
@@ -27,15 +25,23 @@ void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uin
 struct vw_pixel_draw {
     uint64_t seed, step;
     uint32_t draw, picture_side;
+    bool masks;
 };
 void vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
                     struct vw_pixel *pixels);
 
-// Draws `count` / side^2 different squares of a photo, of `side` pixels from a grid at its corner. Writes them one
-// after another, each in tiles of `tile` pixels along a side, row by row. Pixels beyond the photo weigh 0, and tiles
-// beyond it are left out. A photo that has fewer squares gives all of them. Returns how many pixels it wrote.
+// A square tile of a photo, by its first pixel.
+struct vw_photo_tile {
+    uint32_t left_px, top_px;
+};
+// Draws `count` / side^2 different squares of a photo, of `side` pixels from a grid at its corner. Lists them one after
+// another, each in tiles of `tile` pixels along a side, row by row, without tiles beyond the photo. A photo that has
+// fewer squares gives all of them. Returns how many tiles it listed.
 uint32_t vw_pixels_draw_squares(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
-                                uint32_t side, uint32_t tile, uint32_t count, struct vw_pixel *pixels);
+                                uint32_t side, uint32_t tile, uint32_t count, struct vw_photo_tile *tiles);
+// Writes all pixels of a tile, row by row; those beyond the photo weigh 0.
+void vw_pixels_take_tile(const struct vw_scene *scene, uint32_t view, bool masks, struct vw_photo_tile tile,
+                         uint32_t side, struct vw_pixel *pixels);
 
 struct vw_pixel_columns {
     uint32_t begin, end;
@@ -46,10 +52,10 @@ struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint
 // pixels when there are no more than `count`). `seed` is 0 in all runs that are measured on the same pixels. Returns
 // how many were written.
 uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
-                            uint32_t count, struct vw_pixel *pixels);
+                            bool masks, uint32_t count, struct vw_pixel *pixels);
 // Chooses squares of `side` pixels from a grid at the photo's corner in the same way, as many as hold `count` pixels,
-// but at least one; with a side of 1 that is the same. A square of which no pixel counts (`masks`: masked ones do not)
-// is not chosen where its stratum has another. Squares at the photo's edge have fewer pixels.
+// but at least one; with a side of 1 that is the same. A square of which no pixel has weight is not chosen where its
+// stratum has another. Squares at the photo's edge have fewer pixels.
 uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns,
                                     uint64_t seed, bool masks, uint32_t side, uint32_t count, struct vw_pixel *pixels);
 

@@ -1,6 +1,7 @@
 #include "train/step.h"
 
-#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/compute.h"
@@ -59,7 +60,8 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
                                     .scalars = scalars,
                                     .rays = config->rays,
                                     .padded_rays = vw_model_pad_rays(field->model, config->rays)};
-    enum vw_status status = create_buffers(step);
+    step->drawn = vw_allocate(config->rays, sizeof *step->drawn);
+    enum vw_status status = step->drawn ? create_buffers(step) : VW_ERROR_MEMORY;
     if (!status) status = field->model->renderer->create_step_passes(step);
     if (!status) status = create_update_passes(step);
     if (!status) status = vw_effects_create_extras(field->model, step);
@@ -71,6 +73,7 @@ void vw_step_destroy(struct vw_step_passes *step) {
     if (step->field) vw_effects_destroy_extras(step->field->model, step);
     if (step->field && step->field->model->renderer->destroy_step) step->field->model->renderer->destroy_step(step);
     vw_gpu_objects_destroy(&step->objects);
+    free(step->drawn);
 }
 
 // Lists the buffers of the training's state. The gradients do not belong to it: they are 0 between steps (the grid's)
@@ -87,11 +90,11 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
 }
 
 void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
-                         const struct vw_pixel_draw *draw, bool masks, uint32_t first_pixel) {
-    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
+                         const struct vw_pixel_draw *draw, uint32_t first_pixel) {
+    struct vw_pixel *uploaded = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
     step->field->model->renderer->draw_pixels(step, scene, view, draw, first_pixel);
-    if (!masks) vw_pixels_unmask(scene, pixels, step->rays);
     vw_effects_draw_pixels(step->field->model, step, view, first_pixel);
+    memcpy(uploaded, step->drawn, step->rays * sizeof *uploaded);
 }
 
 void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,

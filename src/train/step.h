@@ -13,10 +13,10 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
                               struct vw_step_passes *step);
 void vw_step_destroy(struct vw_step_passes *step);
 
-// Draws the pixels of step number `draw->step` on a photo, from `first_pixel` of the step's buffer on. `masks`: mask
-// files are obeyed. The view's photo is decoded.
+// Draws the pixels of step number `draw->step` on a photo, from `first_pixel` of the step's buffer on. The
+// view's photo is decoded.
 void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
-                         const struct vw_pixel_draw *draw, bool masks, uint32_t first_pixel);
+                         const struct vw_pixel_draw *draw, uint32_t first_pixel);
 
 // The state of a training: everything that a step changes and the next one starts from (params, moments, visits, and
 // what effects carry). Training resumes from it and the step's number. Returns how many buffers there are.

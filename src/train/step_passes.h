@@ -28,6 +28,7 @@ struct vw_step_passes {
     struct vw_gpu_objects objects;      // owned: all buffers and passes that are not borrowed
     struct vw_photo_order *photo_order; // borrowed
     struct vw_buffer *pixels, *scalars; // borrowed
+    struct vw_pixel *drawn;             // owned; room for the pixels of one step
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
     struct vw_buffer *places; // places of a chunk's samples; NULL without importance samples

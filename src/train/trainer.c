@@ -120,8 +120,8 @@ static void record_training(struct vw_trainer *trainer, struct vw_submission *su
                             uint32_t first_pixel, uint32_t scalar_row) {
     uint32_t view = vw_photo_order_view_of_step(&trainer->photo_order, step);
     const struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
-                                        .picture_side = trainer->model.picture_side};
-    vw_step_draw_pixels(&trainer->step, trainer->scene, view, &drawn, trainer->masks, first_pixel);
+                                        .picture_side = trainer->model.picture_side, .masks = trainer->masks};
+    vw_step_draw_pixels(&trainer->step, trainer->scene, view, &drawn, first_pixel);
     vw_step_record_passes(&trainer->step, submission, step, first_pixel, scalar_row);
     vw_validation_record(&trainer->validation, submission, scalar_row);
 }

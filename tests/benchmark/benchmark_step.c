@@ -2,8 +2,9 @@
 // machine does meets both alike. Without settings this is the yardstick's workload (tests/benchmark/native_step.c): 500
 // rays x 32 samples, 8 levels x 2 features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense
 // Adam with beta1 0.9, spherical harmonics up to band 2, and a validation of 2048 rays. Prints one line of names and
-// figures; times are medians per step, memory is the most there was; host_ms is the CPU time of the thread that
-// records.
+// figures; times are medians per step and training, memory is the most there was; host_ms is the CPU time of the thread
+// that records, draws and reads. A driver that runs the device's work on CPUs does so in threads of its own (lavapipe
+// starts one for each queue), so that it does not count. --host splits that time, without what hands records out.
 //
 // scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
 // the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
@@ -24,11 +25,12 @@
 #include "support/trainer_fixture.h"
 #include "train/shared_submissions.h"
 #include "train/trainer.h"
+#include "train/trainer_parts.h"
 #include "viewworth/train.h"
 
 static const char USAGE[] =
     "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
-    "       --describe] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
+    "       --describe | --host] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
     "forced: chunk_samples slice_samples slice_parts grid_texel rows_texel skip_zeros\n"
@@ -48,6 +50,7 @@ struct setup {
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
     bool describe;  // only the device
+    bool host;      // only what a step takes of the host
 };
 
 enum { ROUNDS_MAX = 64 };
@@ -95,6 +98,7 @@ static bool set_flag(struct setup *setup, const char *word) {
     else if (!strcmp(word, "--pipelines")) setup->pipelines = true;
     else if (!strcmp(word, "--bits")) setup->bits = true;
     else if (!strcmp(word, "--describe")) setup->describe = true;
+    else if (!strcmp(word, "--host")) setup->host = true;
     else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
     else if (!strcmp(word, "--splats")) choose_splats(setup);
     else if (!strncmp(word, "scene=", 6)) setup->real.path = word + 6;
@@ -312,7 +316,7 @@ static void print_figures(const struct timing *with, const struct timing *withou
     static const char *const names[FIGURES] = {"train_ms",   "val_ms",         "train_cpu_ms",
                                                "val_cpu_ms", "scoring_ratio",  "scoring_cpu_ratio",
                                                "host_ms",    "scoring_host_ms"};
-    for (int f = 0; f < FIGURES; f++) printf("%s %.3f ", names[f], median(figures[f], rounds));
+    for (int f = 0; f < FIGURES; f++) printf("%s %.4f ", names[f], median(figures[f], rounds));
     printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f device %s\n", stats->val_rays,
            (double)stats->device_bytes / 1048576.0, peak_resident_mib(), device);
 }
@@ -324,6 +328,80 @@ static void print_timers(const struct vw_gpu *gpu) {
         printf("  %-18s %-10s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name,
                timers[i].role ? timers[i].role : "", (unsigned long long)timers[i].dispatches, timers[i].total_ms,
                timers[i].total_ms / (double)timers[i].dispatches);
+}
+
+// ---- The host -------------------------------------------------------------------------------------------------------
+
+enum host_part { DRAW, RECORD, SUBMIT, READ, HOST_PARTS };
+
+// Adds the CPU time since `*since_s`, which becomes now.
+static void add_part(double *part_us, double *since_s) {
+    double now_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
+    *part_us += 1e6 * (now_s - *since_s);
+    *since_s = now_s;
+}
+
+// Takes the same batch of steps once more with every training, as trainers record it.
+static enum vw_status take_parts(const struct group *group, struct vw_submission *submission, uint32_t steps,
+                                 double *parts_us) {
+    vw_submission_begin(submission);
+    for (uint32_t i = 0; i < group->count; i++) {
+        const struct vw_trainer_parts *parts = vw_trainer_get_parts(group->trainers[i]);
+        uint32_t rays = parts->config->rays, rows = vw_validation_rows_per_measurement(parts->validation);
+        double since_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
+        for (uint32_t k = 0; k < steps; k++) {
+            const struct vw_pixel_draw drawn = {
+                parts->config->seed, k + 1, .picture_side = parts->field->model->picture_side, .masks = parts->masks};
+            vw_step_draw_pixels(parts->step, parts->scene, vw_photo_order_view_of_step(parts->photo_order, k + 1),
+                                &drawn, k * rays);
+        }
+        add_part(&parts_us[DRAW], &since_s);
+        for (uint32_t k = 0; k < steps; k++) {
+            vw_step_record_passes(parts->step, submission, k + 1, k * rays, k * rows);
+            vw_validation_record(parts->validation, submission, k * rows);
+        }
+        add_part(&parts_us[RECORD], &since_s);
+    }
+    double since_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
+    enum vw_status status = vw_submission_submit(submission);
+    add_part(&parts_us[SUBMIT], &since_s);
+    if (status == VW_OK) status = vw_submission_wait(submission);
+    since_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
+    for (uint32_t i = 0; i < group->count && status == VW_OK; i++) {
+        const struct vw_trainer_parts *parts = vw_trainer_get_parts(group->trainers[i]);
+        struct vw_view_error *errors = vw_allocate(parts->validation->view_count, sizeof *errors);
+        uint32_t rows = vw_validation_rows_per_measurement(parts->validation);
+        for (uint32_t k = 0; k < steps && errors; k++)
+            (void)vw_validation_read(parts->validation, (vw_float4 *)vw_buffer_map(parts->scalars) + k * rows, errors);
+        if (!errors) status = VW_ERROR_MEMORY;
+        free(errors);
+    }
+    add_part(&parts_us[READ], &since_s);
+    return status;
+}
+
+static enum vw_status print_host(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
+    static const char *const names[HOST_PARTS] = {"draw_us", "record_us", "submit_us", "read_us"};
+    double parts_us[HOST_PARTS][ROUNDS_MAX] = {0}, sum_us = 0.0;
+    struct group group = {0};
+    struct vw_submission *submission = NULL;
+    enum vw_status status = open_group(gpu, scene, setup, true, &group);
+    if (status == VW_OK) status = vw_submission_create(gpu, &submission);
+    for (uint32_t i = 0; i <= setup->rounds && status == VW_OK; i++) { // the first warms up
+        double round_us[HOST_PARTS] = {0};
+        status = take_parts(&group, submission, setup->batch, round_us);
+        for (int p = 0; p < HOST_PARTS && i > 0; p++)
+            parts_us[p][i - 1] = round_us[p] / (setup->batch * setup->together);
+    }
+    for (int p = 0; p < HOST_PARTS && status == VW_OK; p++) {
+        double part_us = median(parts_us[p], setup->rounds);
+        printf("%s %.2f ", names[p], part_us);
+        sum_us += part_us;
+    }
+    if (status == VW_OK) printf("sum_us %.2f\n", sum_us);
+    vw_submission_destroy(&submission);
+    close_group(&group);
+    return status;
 }
 
 // ---- Bits -----------------------------------------------------------------------------------------------------------
@@ -423,6 +501,7 @@ static enum vw_status run(const struct setup *setup) {
     if (status == VW_OK)
         status = setup->describe ? describe(gpu, setup)
                  : setup->bits   ? print_bits(gpu, scene, setup)
+                 : setup->host   ? print_host(gpu, scene, setup)
                                  : measure(gpu, scene, setup);
     if (status == VW_OK && setup->pipelines) fputs(vw_gpu_pipeline_statistics(gpu), stdout);
     vw_scene_close(&scene);

@@ -365,15 +365,17 @@ static void list_rates(const struct training *t, uint32_t step, uint32_t steps, 
 
 static void take_step(struct training *t, uint32_t step, uint32_t steps) {
     uint32_t view = vw_photo_order_view_of_step(&t->order, step);
-    const struct vw_pixel_draw draw = {.seed = t->config.seed, .step = step};
-    uint32_t count = vw_pixels_draw_squares(t->scene, view, &draw, SIDE, SIDE, SQUARES * PIXELS, t->pixels);
+    const struct vw_pixel_draw draw = {.seed = t->config.seed, .step = step, .masks = true};
+    struct vw_photo_tile squares[SQUARES];
+    uint32_t count = vw_pixels_draw_squares(t->scene, view, &draw, SIDE, SIDE, SQUARES * PIXELS, squares);
     const struct photo photo = photo_of(t, view);
     float rates[NUMBERS];
     project_all(t, &photo);
     memset(t->sums, 0, t->model.splats.count * sizeof *t->sums);
-    for (uint32_t first = 0; first < count; first += PIXELS) {
-        begin_square(t->pixels + first);
-        uint32_t drawn = blend(t, list_pairs(t, t->pixels + first));
+    for (uint32_t i = 0; i < count; i++) {
+        vw_pixels_take_tile(t->scene, view, true, squares[i], SIDE, t->pixels);
+        begin_square(t->pixels);
+        uint32_t drawn = blend(t, list_pairs(t, t->pixels));
         compare();
         blend_back(t, drawn);
     }
@@ -398,7 +400,7 @@ static double validate_view(struct training *t, uint32_t view) {
             for (uint32_t p = 0; p < PIXELS; p++) {
                 uint32_t x = left + p % SIDE, y = top + p / SIDE;
                 bool inside = x < image->width_px && y < image->height_px;
-                t->pixels[p] = inside ? vw_pixels_at(t->scene, view, x, y)
+                t->pixels[p] = inside ? vw_pixels_at(t->scene, view, true, x, y)
                                       : (struct vw_pixel){.x_px = (float)x + 0.5f, .y_px = (float)y + 0.5f};
             }
             begin_square(t->pixels);

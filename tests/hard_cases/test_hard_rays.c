@@ -266,7 +266,7 @@ static void distortion_without_inverse_in_the_corners(struct hard_finding *findi
         for (uint32_t k = 0; k < bench->config.rays; k++) {
             uint32_t x_px = k % SIDE_PX * (view->camera.width_px - 1) / (SIDE_PX - 1);
             uint32_t y_px = k / SIDE_PX * (view->camera.height_px - 1) / (SIDE_PX - 1);
-            bench->pixels[k] = vw_pixels_at(bench->scene, 0, x_px, y_px);
+            bench->pixels[k] = vw_pixels_at(bench->scene, 0, true, x_px, y_px);
             weightless += bench->pixels[k].weight == 0.0f;
         }
         hard_require(finding, hidden >= 4 && weightless >= 4 && weightless < RAYS / 2,

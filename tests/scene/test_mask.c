@@ -178,8 +178,9 @@ FOLDER_TEST(hidden_pixels_weigh_nothing) {
     struct vw_scene *scene = open_scene(*state);
     ASSERT_OK(vw_scene_decode_all(scene));
     for (uint32_t i = 0; i < 48; i++) {
-        assert_true(vw_pixels_at(scene, 1, i % 8, i / 8).weight == (i % 8 < 4 ? 0 : 1));
-        assert_true(vw_pixels_at(scene, 0, i % 8, i / 8).weight == 1);
+        assert_true(vw_pixels_at(scene, 1, true, i % 8, i / 8).weight == (i % 8 < 4 ? 0 : 1));
+        assert_true(vw_pixels_at(scene, 1, false, i % 8, i / 8).weight == 1);
+        assert_true(vw_pixels_at(scene, 0, true, i % 8, i / 8).weight == 1);
     }
 }
 

@@ -246,13 +246,20 @@ struct vw_push_splat_update splat_bench_update(const struct splat_bench *bench) 
                                          .harmonics = 0.0001f};
 }
 
+// Counts squares by their first tiles.
+static uint32_t count_squares(const struct splat_bench *bench) {
+    uint32_t count = 0, within = (VW_SPLAT_SQUARE / bench->s.side - 1) * 0x10001u;
+    for (uint32_t i = 0; i < bench->tile_count; i++) count += (bench->tiles[i].corner & within) == 0;
+    return count;
+}
+
 void splat_bench_run(struct splat_bench *bench, bool gradient, bool update) {
     const struct vw_push_splat_update by = splat_bench_update(bench);
     const struct vw_step_state fresh = {0};
     ASSERT_OK(vw_buffer_write(bench->step_state, 0, &fresh, sizeof fresh));
     vw_submission_begin(bench->submission);
     vw_splat_drawing_record(&bench->drawing, bench->submission, &bench->push);
-    if (gradient) vw_splat_gradient_record(&bench->gradient, bench->submission, &bench->push);
+    if (gradient) vw_splat_gradient_record(&bench->gradient, bench->submission, &bench->push, count_squares(bench));
     if (update) vw_splat_update_record(&bench->gradient, bench->submission, &by);
     ASSERT_OK(vw_submission_submit(bench->submission));
     ASSERT_OK(vw_submission_wait(bench->submission));

@@ -95,7 +95,7 @@ TEST(pixels_are_taken_at_their_centres) {
     struct vw_scene *scene = test_scene();
     float rgba[4];
     vw_image_pixel(&scene->views[1].image, 7, 3, rgba);
-    struct vw_pixel pixel = vw_pixels_at(scene, 1, 7, 3);
+    struct vw_pixel pixel = vw_pixels_at(scene, 1, true, 7, 3);
     assert_true(pixel.x_px == 7.5f && pixel.y_px == 3.5f && pixel.view == 1 && pixel.weight == 1.0f);
     assert_true(pixel.rgba.x == rgba[0] && pixel.rgba.y == rgba[1] && pixel.rgba.z == rgba[2] &&
                 pixel.rgba.w == rgba[3]);

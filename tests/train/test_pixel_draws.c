@@ -66,7 +66,11 @@ TEST(squares_are_chosen_where_a_mask_keeps_something) {
         bool masks = seed % 2 == 0; // the others do not look at it, and choose another square
         uint32_t kept = 0, count = vw_pixels_stratify_squares(scene, 0, all, seed, masks, SQUARE, COUNT, pixels);
         assert_int_equal(count, COUNT);
-        for (uint32_t i = 0; i < count; i++) kept += pixels[i].weight > 0.0f;
+        for (uint32_t i = 0; i < count; i++) {
+            bool keeps = vw_view_keeps(view, (uint32_t)pixels[i].x_px, (uint32_t)pixels[i].y_px);
+            assert_true(pixels[i].weight == (keeps || !masks ? 1.0f : 0.0f));
+            kept += keeps;
+        }
         assert_int_equal(kept, masks ? SQUARE * SQUARE : 0); // one stratum of six shows it, in one square of 100
     }
 }

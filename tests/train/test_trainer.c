@@ -289,8 +289,8 @@ TEST(validation_pixels_are_stratified_and_fixed) {
     scene->views[5].image.unusable =
         vw_allocate(24 * 18, 1); // a NaN in the file, say: left out whether or not alpha has a meaning
     scene->views[5].image.unusable[3 * 24 + 7] = 1;
-    assert_true(vw_pixels_at(scene, 5, 7, 3).weight == 0.0f && vw_pixels_at(scene, 5, 8, 3).weight == 1.0f);
-    assert_int_equal(vw_pixels_stratify(scene, 5, vw_pixels_all_columns(scene, 5), 0, 100, pixels), 100);
+    assert_true(vw_pixels_at(scene, 5, true, 7, 3).weight == 0.0f && vw_pixels_at(scene, 5, true, 8, 3).weight == 1.0f);
+    assert_int_equal(vw_pixels_stratify(scene, 5, vw_pixels_all_columns(scene, 5), 0, true, 100, pixels), 100);
     uint32_t quadrant[4] = {0};
     for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;
     for (int i = 0; i < 4; i++) assert_in_range(quadrant[i], 20, 30); // strata of 2 x 2 px keep each quarter near 25

@@ -37,8 +37,9 @@ static void record(const struct vw_prober *prober, uint64_t step, const struct v
         const struct vw_step_passes *passes =
             probe->kind == VW_PROBE_ZERO_LEARNING_RATE ? &prober->zero_rate_step : parts->step;
         const struct vw_pixel_draw drawn = {vw_config_seed_of(parts->config, VW_VARY_PIXELS), step, probe->draw,
-                                            parts->field->model->picture_side}; // as those of the step would be
-        vw_step_draw_pixels(passes, parts->scene, probe->view, &drawn, parts->masks, first_pixel);
+                                            parts->field->model->picture_side, // as those of the step would be
+                                            parts->masks};
+        vw_step_draw_pixels(passes, parts->scene, probe->view, &drawn, first_pixel);
         vw_step_record_passes(passes, prober->submission, step, first_pixel, row);
     }
     vw_validation_record(parts->validation, prober->submission, row);

@@ -27,8 +27,9 @@ uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t
                                    uint32_t index) {
     const struct vw_trainer_parts *context = replay->context;
     uint32_t rays = context->config->rays;
-    const struct vw_pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, draw, 0};
-    vw_step_draw_pixels(context->step, context->scene, view, &drawn, context->masks, index * rays);
+    const struct vw_pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, draw, 0,
+                                        context->masks};
+    vw_step_draw_pixels(context->step, context->scene, view, &drawn, index * rays);
     return index * rays;
 }
 

@@ -104,7 +104,7 @@ struct vw_effect_kind {
     enum vw_status (*fill)(const struct vw_model *model, struct vw_gpu *gpu, const struct vw_scene *scene,
                            struct vw_buffer *const *buffers);
     // The slot (0: none) of a buffer that the host fills beside the pixels that it draws, and its bytes per pixel; and
-    // the function that fills in those of a step whose pixels are drawn.
+    // the function that fills in those of a step, whose pixels are `drawn`.
     uint32_t pixel_slot, pixel_bytes;
     void (*draw_pixels)(const struct vw_step_passes *step, uint32_t view, uint32_t first_pixel);
     // Creates and destroys what a step has beyond buffers and passes; called last and first.

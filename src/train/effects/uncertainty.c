@@ -49,7 +49,7 @@ static enum vw_status create(struct vw_step_passes *step) { return vw_features_o
 
 // Leaves out pixels that do not count: their features may be of nothing.
 static void draw_pixels(const struct vw_step_passes *step, uint32_t view, uint32_t first_pixel) {
-    const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
+    const struct vw_pixel *pixels = step->drawn;
     float *features =
         (float *)vw_buffer_map(step->effect_buffers[VW_SLOT_FEATURES]) + (size_t)4 * FEATURE4 * first_pixel;
     for (uint32_t i = 0; i < step->rays; i++, features += 4 * FEATURE4) {

@@ -126,7 +126,6 @@ static enum vw_status measure_view(const struct vw_measured_field *measured, str
     seen->count =
         seen->fit_count + vw_pixels_stratify_squares(scene, view, fits ? right : vw_pixels_all_columns(scene, view), 0,
                                                      measured->masks, side, pixels_max, seen->pixels + seen->fit_count);
-    if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, seen->count);
     return see(measured, evaluator, view, measured->allows_blank, seen, error);
 }
 
@@ -180,9 +179,8 @@ static void choose_all(const struct vw_measured_field *measured, uint32_t view, 
     seen->count = seen->fit_count + whole->width_px * whole->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
         uint32_t pixel = i - seen->fit_count, column = whole->left_px + pixel % whole->width_px;
-        seen->pixels[i] = vw_pixels_at(scene, view, column, whole->top_px + pixel / whole->width_px);
+        seen->pixels[i] = vw_pixels_at(scene, view, measured->masks, column, whole->top_px + pixel / whole->width_px);
     }
-    if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, seen->count);
     for (uint32_t i = seen->fit_count; halves(measured) && i < seen->count; i++)
         if (whole->left_px + (i - seen->fit_count) % whole->width_px < right.begin) seen->pixels[i].weight = 0.0f;
 }
@@ -192,9 +190,8 @@ static enum vw_status fit_code(const struct vw_measured_field *measured, uint32_
                                struct vw_code_fit *code) {
     const struct vw_scene *scene = measured->scene;
     if (!measured->fits) return VW_OK;
-    uint32_t count =
-        vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, seen->pixels);
-    if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, count);
+    uint32_t count = vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, measured->masks,
+                                        CODE_FIT_RAYS_MAX, seen->pixels);
     return vw_code_fit_apply(measured->field, seen->pixels, count, code);
 }
 

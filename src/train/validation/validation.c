@@ -62,7 +62,6 @@ static enum vw_status choose_scored(const struct vw_validation_params *params, s
         uint32_t count = vw_pixels_stratify_squares(scene, view, columns, params->seed, params->masks,
                                                     params->field->model->patch_side, wanted, pixels);
         choice->scored[i] = (struct vw_ray_range){.first = choice->count, .count = count};
-        if (!params->masks) vw_pixels_unmask(scene, pixels, count);
         for (uint32_t ray = 0; ray < count; ray++) validation->pixel_counts[i] += pixels[ray].weight != 0.0f;
         if (!validation->pixel_counts[i])
             return vw_fail(VW_ERROR_INPUT,
@@ -80,11 +79,9 @@ static enum vw_status choose_pixels(const struct vw_validation_params *params, s
     if (!status) status = allocate_pixels(params, validation, fits, choice);
     if (!status) status = choose_scored(params, validation, fits, choice);
     if (status || !fits) return status;
-    uint32_t scored = choice->count;
     vw_view_fit_choose_pixels(params->scene, validation->views, validation->view_count, params->seed, params->masks,
                               params->field->model->patch_side, choice->scored, choice->pixels, &choice->count,
                               choice->fitted);
-    if (!params->masks) vw_pixels_unmask(params->scene, choice->pixels + scored, choice->count - scored);
     return VW_OK;
 }
 

@@ -162,7 +162,8 @@ TEST_CASES(a_code_is_fitted_and_taken_away, form, 2) {
     darken(&scene->views[view], 0.5);
     struct vw_pixel pixels[CODE_FIT_RAYS_MAX];
     vw_float4 colours[2][CODE_FIT_RAYS_MAX];
-    uint32_t count = vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, pixels);
+    uint32_t count =
+        vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, true, CODE_FIT_RAYS_MAX, pixels);
     size_t bytes = trainer->model.param_bytes;
     uint8_t *before = test_allocate(3, bytes), *fitted = before + bytes, *after = fitted + bytes;
     double squares[2] = {0};

@@ -56,23 +56,13 @@ void vw_splat_gradient_destroy(struct vw_splat_gradient *gradient) {
     *gradient = (struct vw_splat_gradient){0};
 }
 
-// Counts the squares of a drawing by their first tiles.
-static uint64_t count_squares(const struct vw_splat_drawing *d, const struct vw_push_splats *push) {
-    const struct vw_splat_tile *tiles = (const struct vw_splat_tile *)vw_buffer_map(d->tiles) + push->first_tile;
-    uint32_t along = VW_SPLAT_SQUARE / d->specialization.side, within = (along - 1) * 0x10001u;
-    uint64_t count = 0;
-    if (along == 1) return push->tile_count;
-    for (uint32_t i = 0; i < push->tile_count; i++) count += (tiles[i].corner & within) == 0;
-    return count;
-}
-
 void vw_splat_gradient_record(const struct vw_splat_gradient *g, struct vw_submission *submission,
-                              const struct vw_push_splats *push) {
+                              const struct vw_push_splats *push, uint32_t squares) {
     const struct vw_splat_drawing *d = g->drawing;
     uint64_t pixels = (uint64_t)d->specialization.side * d->specialization.side;
     if (g->windows)
         vw_submission_dispatch(submission, g->windows, push, sizeof *push,
-                               count_squares(d, push) * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE);
+                               (uint64_t)squares * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE);
     // Also rays that no tile of this photo has, whose loss of an earlier step would count.
     vw_submission_dispatch(submission, g->slopes, push, sizeof *push, d->room.tiles * pixels);
     vw_submission_dispatch(submission, g->blend_back, push, sizeof *push,

@@ -14,10 +14,8 @@
 static const double MEAN_RATE = 1.6e-4, SCALE_RATE = 5e-3, TURN_RATE = 1e-3, OPACITY_RATE = 2.5e-2,
                     COLOUR_RATE = 2.5e-3, HARMONICS_RATE = 1.25e-4;
 
-static const float BEYOND_PX = 1e6f; // beyond every photo, so that no mask gives it weight
-
-struct drawn_photo { // the view of a step, and how many tiles of it were drawn
-    uint32_t view, tiles;
+struct drawn_photo { // the view of a step, and how many tiles and squares of it were drawn
+    uint32_t view, tiles, squares;
 };
 
 struct vw_splat_step {
@@ -25,6 +23,7 @@ struct vw_splat_step {
     struct vw_splat_view *listed; // owned; the same on the host
     uint32_t cells;               // tiles of the largest photo that is trained on
     struct drawn_photo *photos;   // owned; by place in the step's pixels
+    struct vw_photo_tile *drawn;  // owned; room for the tiles of one step
     struct vw_splat_drawing drawing;
     struct vw_splat_gradient gradient;
 };
@@ -40,15 +39,18 @@ static uint32_t tile_pixels(const struct vw_splat_step *splats) {
 void vw_splats_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
                            const struct vw_pixel_draw *draw, uint32_t first_pixel) {
     const struct vw_splat_step *splats = step->splats;
-    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
     uint32_t side = splats->drawing.specialization.side, each = tile_pixels(splats);
     struct vw_splat_tile *tiles = (struct vw_splat_tile *)vw_buffer_map(splats->drawing.tiles) + first_pixel / each;
-    uint32_t count = vw_pixels_draw_squares(scene, view, draw, VW_SPLAT_SQUARE, side, step->rays, pixels);
-    splats->photos[first_pixel / step->rays] = (struct drawn_photo){view, count / each};
-    for (uint32_t i = 0; i < count; i += each)
-        tiles[i / each] = vw_splat_tile_at(&splats->listed[view], view, (uint32_t)pixels[i].x_px / side,
-                                           (uint32_t)pixels[i].y_px / side);
-    for (uint32_t i = count; i < step->rays; i++) pixels[i] = (struct vw_pixel){.x_px = BEYOND_PX, .view = view};
+    struct drawn_photo *photo = &splats->photos[first_pixel / step->rays];
+    *photo = (struct drawn_photo){.view = view};
+    photo->tiles = vw_pixels_draw_squares(scene, view, draw, VW_SPLAT_SQUARE, side, step->rays, splats->drawn);
+    for (uint32_t i = 0; i < photo->tiles; i++) {
+        struct vw_photo_tile drawn = splats->drawn[i];
+        tiles[i] = vw_splat_tile_at(&splats->listed[view], view, drawn.left_px / side, drawn.top_px / side);
+        photo->squares += drawn.left_px % VW_SPLAT_SQUARE == 0 && drawn.top_px % VW_SPLAT_SQUARE == 0;
+        vw_pixels_take_tile(scene, view, draw->masks, drawn, side, step->drawn + i * each);
+    }
+    for (uint32_t i = photo->tiles * each; i < step->rays; i++) step->drawn[i] = (struct vw_pixel){.view = view};
 }
 
 static enum vw_status list_views(struct vw_step_passes *step, uint32_t side) {
@@ -77,7 +79,8 @@ enum vw_status vw_splats_create_step_buffers(struct vw_step_passes *step) {
     if (!step->splats) return VW_ERROR_MEMORY;
     uint64_t pixels = vw_buffer_size_bytes(step->pixels) / sizeof(struct vw_pixel);
     step->splats->photos = vw_allocate(pixels / step->rays, sizeof *step->splats->photos);
-    return step->splats->photos ? list_views(step, s.side) : VW_ERROR_MEMORY;
+    step->splats->drawn = vw_allocate(step->rays / (s.side * s.side), sizeof *step->splats->drawn);
+    return step->splats->photos && step->splats->drawn ? list_views(step, s.side) : VW_ERROR_MEMORY;
 }
 
 enum vw_status vw_splats_create_step_passes(struct vw_step_passes *step) {
@@ -113,6 +116,7 @@ void vw_splats_destroy_step(struct vw_step_passes *step) {
     vw_splat_drawing_destroy(&step->splats->drawing);
     free(step->splats->listed);
     free(step->splats->photos);
+    free(step->splats->drawn);
     free(step->splats);
     step->splats = NULL;
 }
@@ -136,15 +140,16 @@ void vw_splats_record_gradients(const struct vw_step_passes *step, struct vw_sub
     const struct vw_splat_step *splats = step->splats;
     struct vw_push_splats push = vw_splats_push(model);
     push.degree = degree_at(step, number);
-    push.first_view = splats->photos[rays->first_pixel / step->rays].view;
-    push.tile_count = splats->photos[rays->first_pixel / step->rays].tiles;
+    struct drawn_photo photo = splats->photos[rays->first_pixel / step->rays];
+    push.first_view = photo.view;
+    push.tile_count = photo.tiles;
     push.first_tile = rays->first_pixel / tile_pixels(splats);
     push.walked_tiles = push.tile_count <= VW_SPLAT_WALKED_TILES_MAX ? push.tile_count : 0;
     push.key = rays->key;
     vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_effects_record_rays(model, &step->effects, step, submission, rays);
     vw_splat_drawing_record(&splats->drawing, submission, &push);
-    vw_splat_gradient_record(&splats->gradient, submission, &push);
+    vw_splat_gradient_record(&splats->gradient, submission, &push, photo.squares);
     vw_gradient_record_end(step, &step->gradient, submission, step->padded_rays);
     vw_effects_record_gradient(model, &step->effects, step, submission, rays, number);
 }

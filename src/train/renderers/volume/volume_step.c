@@ -13,8 +13,8 @@ static uint32_t word_bytes(const struct vw_model *model) { return model->special
 
 void vw_volume_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
                            const struct vw_pixel_draw *draw, uint32_t first_pixel) {
-    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
-    vw_pixels_draw(scene, view, draw, step->rays, pixels);
+    (void)first_pixel;
+    vw_pixels_draw(scene, view, draw, step->rays, step->drawn);
 }
 
 enum vw_status vw_volume_create_step_buffers(struct vw_step_passes *step) {
