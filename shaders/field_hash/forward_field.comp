@@ -49,8 +49,7 @@ void main() {
     uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
     vec3 position = position_at(ray, sample_place(of_chunk, ray_index, sample_in_ray, push.key));
-    if (STORES_ROWS != 0u)
-        grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_POSITION, slot)] = vec4(position, ray.target_weight.w);
+    if (STORES_ROWS != 0u) grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_POSITION, slot)] = vec4(position, 0.0);
 
     vec4 encoding[ENC4];
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {

@@ -97,19 +97,13 @@ void scatter(uint slot, uint level, bool inside, inout extremes met) {
 
 #ifdef VW_WALK_LEVELS
 // Assigns levels that are far apart to neighbouring invocations, which a CPU runs as one vector, so that each of the
-// few workgroups has cheap and expensive ones. No two invocations add to the same words. Rays of weight 0, those of
-// excluded pixels, have no gradient.
+// few workgroups has cheap and expensive ones. No two invocations add to the same words.
 void main() {
     uint groups = (push.level_count + VW_WALK_GROUP - 1u) / VW_WALK_GROUP;
     uint level_in_window = gl_LocalInvocationID.x * groups + workgroup_index();
     uint samples = level_in_window < push.level_count ? chunk_samples() : 0u;
-    uint stride = EFFECT_OCCUPANCY != 0u ? 1u : SAMPLES; // slots that certainly belong to one ray
     extremes met = extremes(0u, 0u);
-    for (uint first = 0u; first < samples; first += stride) {
-        bool counts = grid_row(GRID_ROW_POSITION, first).w != 0.0;
-        uint end = counts ? first + stride : first; // a loop that ends early skips work, where a branch does not
-        for (uint slot = first; slot < end; slot++) scatter(slot, push.first_level + level_in_window, true, met);
-    }
+    for (uint slot = 0u; slot < samples; slot++) scatter(slot, push.first_level + level_in_window, true, met);
     report(met);
 }
 #else

@@ -33,7 +33,7 @@ const uint ROW_COUNT = VW_ROW_COUNT(ENC4, WIDTH4);
 
 // Rows that scatter_grid reads.
 const uint GRID_ROW_D_ENCODING = 0u;
-const uint GRID_ROW_POSITION = GRID_ROW_D_ENCODING + ENC4; // w: the weight of the ray
+const uint GRID_ROW_POSITION = GRID_ROW_D_ENCODING + ENC4; // w: 0
 const uint GRID_ROW_COUNT = VW_GRID_ROW_COUNT(ENC4);
 
 #ifdef WEIGHTS_SHARED // by the passes that evaluate the networks

@@ -21,14 +21,15 @@ struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, bool m
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
 // is the step's own; the others are for whoever tries a step on other pixels. The first picture_side^2 of them make a
-// picture of the photo: one in each of so many equal cells, row by row from the top (0: none do).
+// picture of the photo: one in each of so many equal cells, row by row from the top; with a side of 0 none do, and
+// pixels with weight come first. Returns how many pixels there are up to the last with weight, with a picture all.
 struct vw_pixel_draw {
     uint64_t seed, step;
     uint32_t draw, picture_side;
     bool masks;
 };
-void vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
-                    struct vw_pixel *pixels);
+uint32_t vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
+                        struct vw_pixel *pixels);
 
 // A square tile of a photo, by its first pixel.
 struct vw_photo_tile {

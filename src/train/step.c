@@ -50,6 +50,15 @@ static enum vw_status create_update_passes(struct vw_step_passes *step) {
     return !status ? vw_effects_create_passes(model, &step->objects, &common, true, &step->effects) : status;
 }
 
+static enum vw_status allocate_places(struct vw_step_passes *step) {
+    uint64_t places = vw_buffer_size_bytes(step->pixels) / (step->rays * sizeof *step->drawn);
+    step->drawn = vw_allocate(step->rays, sizeof *step->drawn);
+    step->counted = vw_allocate(places, sizeof *step->counted);
+    if (!step->drawn || !step->counted) return VW_ERROR_MEMORY;
+    for (uint64_t i = 0; i < places; i++) step->counted[i] = step->rays;
+    return VW_OK;
+}
+
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
                               struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
                               struct vw_step_passes *step) {
@@ -60,8 +69,8 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
                                     .scalars = scalars,
                                     .rays = config->rays,
                                     .padded_rays = vw_model_pad_rays(field->model, config->rays)};
-    step->drawn = vw_allocate(config->rays, sizeof *step->drawn);
-    enum vw_status status = step->drawn ? create_buffers(step) : VW_ERROR_MEMORY;
+    enum vw_status status = allocate_places(step);
+    if (!status) status = create_buffers(step);
     if (!status) status = field->model->renderer->create_step_passes(step);
     if (!status) status = create_update_passes(step);
     if (!status) status = vw_effects_create_extras(field->model, step);
@@ -74,6 +83,7 @@ void vw_step_destroy(struct vw_step_passes *step) {
     if (step->field && step->field->model->renderer->destroy_step) step->field->model->renderer->destroy_step(step);
     vw_gpu_objects_destroy(&step->objects);
     free(step->drawn);
+    free(step->counted);
 }
 
 // Lists the buffers of the training's state. The gradients do not belong to it: they are 0 between steps (the grid's)
@@ -92,25 +102,35 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
 void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
                          const struct vw_pixel_draw *draw, uint32_t first_pixel) {
     struct vw_pixel *uploaded = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
-    step->field->model->renderer->draw_pixels(step, scene, view, draw, first_pixel);
+    uint32_t counted = step->field->model->renderer->draw_pixels(step, scene, view, draw, first_pixel);
+    step->counted[first_pixel / step->rays] = counted ? counted : 1; // a step has rays, if only one without weight
     vw_effects_draw_pixels(step->field->model, step, view, first_pixel);
     memcpy(uploaded, step->drawn, step->rays * sizeof *uploaded);
+}
+
+uint32_t vw_step_counted_rays(const struct vw_step_passes *step, uint32_t first_pixel) {
+    return step->counted[first_pixel / step->rays];
+}
+
+static uint32_t padded_rays(const struct vw_step_passes *step, uint32_t first_pixel) {
+    return vw_model_pad_rays(step->field->model, vw_step_counted_rays(step, first_pixel));
 }
 
 void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                               uint32_t first_pixel) {
     const struct vw_model *model = step->field->model;
-    struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = step->rays, .key = vw_model_key_of_step(model, number)};
+    struct vw_push_rays rays = {.first_pixel = first_pixel,
+                                .ray_count = vw_step_counted_rays(step, first_pixel),
+                                .key = vw_model_key_of_step(model, number)};
     vw_effects_record_begin(model, &step->effects, submission, number, rays.key);
     model->renderer->record_gradients(step, submission, number, &rays);
 }
 
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
-                           float extra) {
+                           uint32_t first_pixel, float extra) {
     const struct vw_model *model = step->field->model;
     double rate = (1.0 + extra) * vw_model_rate_factor_of_step(model, number);
-    struct vw_push_update update = {.count = step->padded_rays,
+    struct vw_push_update update = {.count = padded_rays(step, first_pixel),
                                     .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
                                     .extra = (float)(rate - 1.0)};
     vw_effects_record_update(model, &step->effects, submission, &update);
@@ -120,14 +140,15 @@ void vw_step_record_update(const struct vw_step_passes *step, struct vw_submissi
     model->renderer->record_update(step, submission, update);
 }
 
-void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t scalar_row) {
-    struct vw_push_reduce push = {.count = step->padded_rays, .scalar_row = scalar_row};
+void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t first_pixel,
+                         uint32_t scalar_row) {
+    struct vw_push_reduce push = {.count = padded_rays(step, first_pixel), .scalar_row = scalar_row};
     vw_submission_dispatch(submission, step->reduce_loss, &push, sizeof push, 1);
 }
 
 void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            uint32_t first_pixel, uint32_t scalar_row) {
     vw_step_record_gradients(step, submission, number, first_pixel);
-    vw_step_record_update(step, submission, number, 0);
-    vw_step_record_loss(step, submission, scalar_row); // reads what all passes before it have found
+    vw_step_record_update(step, submission, number, first_pixel, 0);
+    vw_step_record_loss(step, submission, first_pixel, scalar_row); // reads what all passes before it have found
 }

@@ -17,6 +17,8 @@ void vw_step_destroy(struct vw_step_passes *step);
 // view's photo is decoded.
 void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
                          const struct vw_pixel_draw *draw, uint32_t first_pixel);
+// Returns how many of the pixels at `first_pixel` the step looks at. They come first; the others have no weight.
+uint32_t vw_step_counted_rays(const struct vw_step_passes *step, uint32_t first_pixel);
 
 // The state of a training: everything that a step changes and the next one starts from (params, moments, visits, and
 // what effects carry). Training resumes from it and the step's number. Returns how many buffers there are.
@@ -30,9 +32,10 @@ void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submi
 // Records the optimiser's part at the step's learning rate, which moves the params by 1 + `extra` times what it says
 // (0 in every run).
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
-                           float extra);
+                           uint32_t first_pixel, float extra);
 // Records the last part: the step's loss and flags, to scalars[scalar_row].
-void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t scalar_row);
+void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t first_pixel,
+                         uint32_t scalar_row);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
 void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,

@@ -29,6 +29,7 @@ struct vw_step_passes {
     struct vw_photo_order *photo_order; // borrowed
     struct vw_buffer *pixels, *scalars; // borrowed
     struct vw_pixel *drawn;             // owned; room for the pixels of one step
+    uint32_t *counted; // owned; by place in `pixels`: how many rays of a step there count, and come first
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
     struct vw_buffer *places; // places of a chunk's samples; NULL without importance samples

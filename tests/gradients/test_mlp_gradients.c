@@ -101,7 +101,7 @@ static void take_step(struct step_bench *bench, bool coarse) {
     const struct vw_push_samples push = step_bench_push(bench, STEP);
     vw_submission_begin(bench->submission);
     vw_importance_record(&bench->model, &bench->step.gradient.importance, bench->submission, &push);
-    vw_step_record_loss(&bench->step, bench->submission, 0);
+    vw_step_record_loss(&bench->step, bench->submission, 0, 0);
     step_bench_submit(bench);
 }
 

@@ -72,25 +72,6 @@ TEST(only_short_chunks_are_walked) {
     }
 }
 
-// Their gradients are 0; here they are not, which shows that the walk does not look at them.
-TEST(the_walk_leaves_out_rays_that_weigh_nothing) {
-    struct step_case setup = step_cases[0];
-    setup.scatter = SCATTER_WALK;
-    struct step_bench *bench = step_bench_open(&setup);
-    uint32_t samples = bench->config.samples, slots = bench->padded_samples;
-    struct step_rows row = step_bench_rows(bench);
-    float *rows = scatter_rows(bench, INPUT_ORDINARY);
-    struct vw_step_state flags;
-    for (uint32_t i = 0; i < slots; i++)
-        step_bench_row(bench, rows, row.position, i)[3] = i / samples % 3 ? 0.0f : 1.0f;
-    scatter_run(bench, rows, &flags);
-    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-    for (uint32_t i = 0; i < slots; i++)
-        for (uint32_t j = 0; j < bench->config.levels * bench->config.features && i / samples % 3; j++)
-            step_bench_row(bench, rows, row.d_encoding + j / 4, i)[j % 4] = 0.0f;
-    scatter_check(bench, rows, words, flags.clamped);
-}
-
 // The bound itself, for every step size: samples x (largest contribution + 4 for the rounding of eight corners) stays
 // within the bits.
 TEST(no_step_size_can_wrap) {

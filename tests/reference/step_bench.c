@@ -258,7 +258,7 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number) {
     assert_int_equal(bench->step.chunk_rays, bench->step.padded_rays); // so that activations of all samples are left
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, number, 0);
-    vw_step_record_loss(&bench->step, bench->submission, 0);
+    vw_step_record_loss(&bench->step, bench->submission, 0, 0);
     step_bench_submit(bench);
 }
 

@@ -195,7 +195,8 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
                                             row, 0);
             else {
                 vw_step_record_gradients(context->step, lasting->replay.submission, step, pixel);
-                vw_step_record_update(context->step, lasting->replay.submission, step, step == scaled ? extra : 0.0f);
+                vw_step_record_update(context->step, lasting->replay.submission, step, pixel,
+                                      step == scaled ? extra : 0.0f);
             }
             if (vw_lasting_is_state(lasting, step) && !nudged)
                 vw_validation_record(context->validation, lasting->replay.submission, row);

@@ -9,7 +9,7 @@ static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
     step_bench_write_params(bench);
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, 1, 0); // the same for all numbers
-    vw_step_record_update(&bench->step, bench->submission, number, extra);
+    vw_step_record_update(&bench->step, bench->submission, number, 0, extra);
     step_bench_submit(bench);
     float *params = step_bench_read(bench, bench->field.params);
     double sum = 0.0;

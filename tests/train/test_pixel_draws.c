@@ -51,6 +51,32 @@ TEST(draws_are_functions_of_their_numbers) {
     assert_memory_not_equal(first, other, SIDE * SIDE * sizeof *first);
 }
 
+// A mask changes the order of the pixels, not which they are.
+TEST(pixels_with_weight_come_first) {
+    enum { WIDTH = 24, HEIGHT = 20 };
+    struct vw_scene *scene = make_scene(WIDTH, HEIGHT);
+    struct vw_pixel_draw draw = {7, 3, 0, 0, true};
+    struct vw_pixel plain[RAYS], masked[RAYS];
+    assert_int_equal(vw_pixels_draw(scene, 0, &draw, RAYS, plain), RAYS);
+    scene->views[0].mask = vw_allocate(WIDTH * HEIGHT, 1);
+    assert_non_null(scene->views[0].mask);
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)
+        scene->views[0].mask[i] = i % WIDTH < WIDTH / 2 ? VW_MASK_HIDE : VW_MASK_KEEP;
+    uint32_t counted = vw_pixels_draw(scene, 0, &draw, RAYS, masked), first = 0, last = RAYS;
+    assert_in_range(counted, 1, RAYS - 1);
+    for (uint32_t i = 0; i < RAYS; i++) {
+        bool hidden = plain[i].x_px < WIDTH / 2;
+        struct vw_pixel *found = &masked[hidden ? --last : first++];
+        plain[i].weight = hidden ? 0.0f : 1.0f;
+        assert_memory_equal(found, &plain[i], sizeof *found);
+    }
+    assert_int_equal(first, counted);
+    draw.picture_side = SIDE;
+    assert_int_equal(vw_pixels_draw(scene, 0, &draw, RAYS, masked), RAYS);
+    draw = (struct vw_pixel_draw){7, 3, 0, 0, false};
+    assert_int_equal(vw_pixels_draw(scene, 0, &draw, RAYS, masked), RAYS);
+}
+
 // Squares show the corner of a photo that a mask keeps, wherever their stratum does.
 TEST(squares_are_chosen_where_a_mask_keeps_something) {
     enum { WIDTH = 240, HEIGHT = 160, SQUARE = 8, COUNT = 6 * SQUARE * SQUARE, KEPT = 8 };

@@ -8,6 +8,7 @@
 #include "gpu/shaders.h"
 #include "train/effects/effects.h"
 #include "train/passes.h"
+#include "train/step.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
@@ -15,6 +16,10 @@ static const char adjoint_role[] = "adjoint"; // the role of its passes in the t
 
 static const struct vw_model *model_of(const struct vw_adjoint_passes *backward) {
     return backward->context->field->model;
+}
+
+static uint32_t pad(const struct vw_adjoint_passes *backward, uint32_t rays) {
+    return vw_model_pad_rays(model_of(backward), rays);
 }
 
 enum vw_status vw_adjoint_check(const struct vw_trainer_parts *context) {
@@ -52,7 +57,7 @@ static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_
         {&backward->sums, "adjoint_sums", 2 * 16 * VW_ADJOINT_GROUPS},
         {&backward->state, "adjoint_state", sizeof(struct vw_adjoint_state)},
         {&backward->seen_ahead, "seen_ahead", 16 * (uint64_t)context->step->padded_rays},
-        {&backward->places, "step_places", vw_importance_places_bytes(model, backward->padded_rays)},
+        {&backward->places, "step_places", vw_importance_places_bytes(model, pad(backward, backward->rays))},
         {&backward->val_rays, "slopes_of_views", vw_buffer_size_bytes(context->validation->evaluator.rays)},
         {&backward->adjoint.blocks.lambda, "adjoint", block},
         {&backward->adjoint.blocks.moment, "adjoint_moment", momentum},
@@ -287,7 +292,6 @@ enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const s
                                            .rays = params->rays && params->rays < of_step ? params->rays : of_step,
                                            .measure_count = params->psnr_alone ? 1 : ADJOINT_OF_VIEWS + views};
     backward->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
-    backward->padded_rays = vw_model_pad_rays(context->field->model, backward->rays);
     enum vw_status status = vw_adjoint_check(context);
     if (!status) status = create_buffers(backward, params->submission_steps);
     if (!status) status = create_val_rays(backward);
@@ -334,9 +338,10 @@ static void record_step(const struct vw_adjoint_passes *backward, struct vw_subm
                         uint32_t first_pixel, uint32_t scalar_row) {
     const struct vw_step_passes *step = backward->context->step;
     vw_step_record_gradients(step, submission, number, first_pixel);
-    record_gather(backward, &backward->step_gradient, submission, false, true, step->padded_rays);
-    vw_step_record_update(step, submission, number, 0);
-    vw_step_record_loss(step, submission, scalar_row);
+    uint32_t rays = vw_step_counted_rays(step, first_pixel);
+    record_gather(backward, &backward->step_gradient, submission, false, true, pad(backward, rays));
+    vw_step_record_update(step, submission, number, first_pixel, 0);
+    vw_step_record_loss(step, submission, first_pixel, scalar_row);
 }
 
 void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const struct vw_kept_steps *kept,
@@ -422,13 +427,15 @@ static uint32_t block_vectors(const struct vw_adjoint_passes *backward) {
 }
 
 // Records where the step had its samples: by the params before it.
-static void record_places(const struct vw_adjoint_passes *backward, struct vw_submission *submission, vw_uint4 key) {
+static void record_places(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                          const struct vw_push_rays *rays) {
     const struct vw_step_passes *step = backward->context->step;
+    uint32_t padded = pad(backward, rays->ray_count);
     if (!backward->places) return;
     record_restore(backward, submission, backward->blocks.before);
     vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
-    for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, key);
+    for (uint32_t first = 0; first < padded; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, padded, first, rays->key);
         vw_importance_record(model_of(backward), &backward->product.importance, submission, &chunk);
         vw_submission_copy(submission, step->places, 0, backward->places,
                            vw_importance_places_bytes(model_of(backward), first),
@@ -440,14 +447,14 @@ static void record_places(const struct vw_adjoint_passes *backward, struct vw_su
 static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                           const struct vw_push_rays *rays) {
     const struct vw_step_passes *step = backward->context->step;
-    uint32_t block4 = block_vectors(backward);
+    uint32_t block4 = block_vectors(backward), padded = pad(backward, rays->ray_count);
     for (uint32_t ahead = 2; ahead-- > 0;) {
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
         vw_submission_dispatch(submission, backward->perturb, &push, sizeof push, block4);
         vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
         vw_effects_record_rays(model_of(backward), &step->effects, step, submission, rays);
-        for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
-            const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
+        for (uint32_t first = 0; first < padded; first += step->chunk_rays) {
+            const struct vw_push_samples chunk = vw_gradient_chunk(step, padded, first, rays->key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
             if (backward->places)
@@ -457,7 +464,8 @@ static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_su
             vw_submission_dispatch(submission, backward->difference, &difference, sizeof difference, chunk.ray_count);
         }
     }
-    struct vw_push_slopes push = {.count = backward->padded_rays, .unscale = (float)step->rays / (float)backward->rays};
+    struct vw_push_slopes push = {
+        .count = padded, .unscale = (float)vw_step_counted_rays(step, rays->first_pixel) / (float)rays->ray_count};
     vw_submission_dispatch(submission, backward->normalise_step, &push, sizeof push, 1);
 }
 
@@ -465,16 +473,17 @@ static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_su
 static void record_product(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                            const struct vw_push_rays *rays) {
     const struct vw_step_passes *step = backward->context->step;
-    record_places(backward, submission, rays->key);
+    uint32_t padded = pad(backward, rays->ray_count);
+    record_places(backward, submission, rays);
     record_slopes(backward, submission, rays);
     record_restore(backward, submission, backward->blocks.before);
     vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
-    for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
+    for (uint32_t first = 0; first < padded; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, padded, first, rays->key);
         vw_gradient_record_chunk(step, &backward->product, submission, &chunk);
     }
-    vw_gradient_record_end(step, &backward->product, submission, backward->padded_rays);
-    record_gather(backward, &backward->adjoint.sum, submission, true, true, backward->padded_rays);
+    vw_gradient_record_end(step, &backward->product, submission, padded);
+    record_gather(backward, &backward->adjoint.sum, submission, true, true, padded);
 }
 
 static void record_reduce(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint32_t row) {
@@ -493,11 +502,18 @@ static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_s
     record_product(backward, submission, rays);
 }
 
+// Returns those of its rays that the product takes, from the first on.
+static struct vw_push_rays rays_of_step(const struct vw_adjoint_passes *backward, uint64_t number,
+                                        uint32_t first_pixel) {
+    uint32_t counted = vw_step_counted_rays(backward->context->step, first_pixel);
+    return (struct vw_push_rays){.first_pixel = first_pixel,
+                                 .ray_count = backward->rays < counted ? backward->rays : counted,
+                                 .key = vw_model_key_of_step(model_of(backward), number)};
+}
+
 void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint64_t number,
                             uint32_t first_pixel, uint32_t row) {
-    const struct vw_push_rays rays = {.first_pixel = first_pixel,
-                                      .ray_count = backward->rays,
-                                      .key = vw_model_key_of_step(model_of(backward), number)};
+    const struct vw_push_rays rays = rays_of_step(backward, number, first_pixel);
     for (uint32_t i = 0; i < backward->measure_count; i++) {
         record_copy(backward, submission, &backward->kept[i], &backward->adjoint.blocks);
         record_adjoint(backward, submission, &rays, row + i);
@@ -533,9 +549,7 @@ enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward
 void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                                  uint64_t number, uint32_t first_pixel) {
     const struct vw_step_passes *step = backward->context->step;
-    const struct vw_push_rays rays = {.first_pixel = first_pixel,
-                                      .ray_count = backward->rays,
-                                      .key = vw_model_key_of_step(model_of(backward), number)};
+    const struct vw_push_rays rays = rays_of_step(backward, number, first_pixel);
     vw_submission_dispatch(submission, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
     record_product(backward, submission, &rays);
 }

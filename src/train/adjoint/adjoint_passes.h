@@ -35,7 +35,7 @@ struct vw_adjoint {
 
 struct vw_adjoint_passes {
     const struct vw_trainer_parts *context; // borrowed
-    uint32_t rays, padded_rays;             // the rays of a step that the product takes
+    uint32_t rays;                          // most rays of a step that the product takes
     struct vw_gpu_objects objects;          // owned: all buffers and passes
     struct vw_step_blocks blocks;
     struct vw_buffer *direction, *sums, *state, *seen_ahead;

@@ -22,10 +22,10 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
         vw_submission_begin(lasting->replay.submission);
         for (uint32_t i = 0; i < count; i++) {
             uint64_t step = first + i;
+            uint32_t pixel = vw_step_replay_draw(&lasting->replay, step, i);
             bool scaled = vw_photo_order_view_of_step(context->photo_order, step) == view;
-            vw_step_record_gradients(context->step, lasting->replay.submission, step,
-                                     vw_step_replay_draw(&lasting->replay, step, i));
-            vw_step_record_update(context->step, lasting->replay.submission, step, scaled ? extra : 0.0f);
+            vw_step_record_gradients(context->step, lasting->replay.submission, step, pixel);
+            vw_step_record_update(context->step, lasting->replay.submission, step, pixel, scaled ? extra : 0.0f);
             if (vw_lasting_is_state(lasting, step))
                 vw_validation_record(context->validation, lasting->replay.submission,
                                      vw_step_replay_row(&lasting->replay, i));

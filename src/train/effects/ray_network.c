@@ -30,8 +30,9 @@ void vw_ray_network_record_rays(const struct vw_step_passes *step, struct vw_pas
 void vw_ray_network_record_gradient(const struct vw_ray_network *sizes, const struct vw_step_passes *step,
                                     struct vw_pass *const *passes, struct vw_submission *submission,
                                     const struct vw_push_rays *rays) {
-    struct vw_push_reduce reduce = {.count = groups_of(step->padded_rays)};
-    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_GRADIENT], rays, sizeof *rays, step->padded_rays);
+    uint32_t padded_rays = vw_model_pad_rays(step->field->model, rays->ray_count);
+    struct vw_push_reduce reduce = {.count = groups_of(padded_rays)};
+    vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_GRADIENT], rays, sizeof *rays, padded_rays);
     vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_REDUCE], &reduce, sizeof reduce, sizes->columns);
 }
 

@@ -36,8 +36,8 @@ static uint32_t tile_pixels(const struct vw_splat_step *splats) {
     return splats->drawing.specialization.side * splats->drawing.specialization.side;
 }
 
-void vw_splats_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
-                           const struct vw_pixel_draw *draw, uint32_t first_pixel) {
+uint32_t vw_splats_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+                               const struct vw_pixel_draw *draw, uint32_t first_pixel) {
     const struct vw_splat_step *splats = step->splats;
     uint32_t side = splats->drawing.specialization.side, each = tile_pixels(splats);
     struct vw_splat_tile *tiles = (struct vw_splat_tile *)vw_buffer_map(splats->drawing.tiles) + first_pixel / each;
@@ -51,6 +51,7 @@ void vw_splats_draw_pixels(const struct vw_step_passes *step, const struct vw_sc
         vw_pixels_take_tile(scene, view, draw->masks, drawn, side, step->drawn + i * each);
     }
     for (uint32_t i = photo->tiles * each; i < step->rays; i++) step->drawn[i] = (struct vw_pixel){.view = view};
+    return step->rays; // its tiles say which of them
 }
 
 static enum vw_status list_views(struct vw_step_passes *step, uint32_t side) {

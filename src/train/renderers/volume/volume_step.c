@@ -11,10 +11,10 @@
 
 static uint32_t word_bytes(const struct vw_model *model) { return model->specialization.wide_gradient ? 16 : 8; }
 
-void vw_volume_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
-                           const struct vw_pixel_draw *draw, uint32_t first_pixel) {
+uint32_t vw_volume_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+                               const struct vw_pixel_draw *draw, uint32_t first_pixel) {
     (void)first_pixel;
-    vw_pixels_draw(scene, view, draw, step->rays, step->drawn);
+    return vw_pixels_draw(scene, view, draw, step->rays, step->drawn);
 }
 
 enum vw_status vw_volume_create_step_buffers(struct vw_step_passes *step) {
@@ -84,16 +84,17 @@ void vw_volume_training_state(const struct vw_step_passes *step, struct vw_buffe
 void vw_volume_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                                 const struct vw_push_rays *rays) {
     const struct vw_model *model = step->field->model;
+    uint32_t padded_rays = vw_model_pad_rays(model, rays->ray_count);
     vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_effects_record_rays(model, &step->effects, step, submission, rays);
     vw_effects_record_photo(model, &step->effects, submission, 0);
-    for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = vw_gradient_chunk(step, step->padded_rays, first, rays->key);
+    for (uint32_t first = 0; first < padded_rays; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, padded_rays, first, rays->key);
         vw_gradient_record_chunk(step, &step->gradient, submission, &chunk);
         const struct vw_field_chunk samples = {&chunk, step->effect_buffers[VW_SLOT_KEPT]};
         vw_effects_record_chunk_gradient(model, &step->effects, submission, &samples);
     }
-    vw_gradient_record_end(step, &step->gradient, submission, step->padded_rays);
+    vw_gradient_record_end(step, &step->gradient, submission, padded_rays);
     vw_effects_record_gradient(model, &step->effects, step, submission, rays, number);
 }
 
