@@ -35,7 +35,7 @@ static void check_case(const struct step_case *c) {
 
 TEST(rays_without_weight_change_no_bit) {
     for (uint32_t i = 0; i < step_case_count; i++)
-        if (!(step_cases[i].consistency_weight > 0.0)) check_case(&step_cases[i]); // whose picture needs all
+        if (!(step_cases[i].consistency_weight > 0.0)) check_case(&step_cases[i]); // a picture needs all
 }
 
 TEST_GROUP(NULL, test_gpu_close)
