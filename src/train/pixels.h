@@ -1,5 +1,5 @@
 // The way of photos to the GPU: camera structs in box coordinates, and which pixels a step or the validation looks at
-// (decision 9: pixels stay on the host; only the drawn ones travel).
+// (decision 9).
 #ifndef VIEWWORTH_TRAIN_PIXELS_H
 #define VIEWWORTH_TRAIN_PIXELS_H
 
