@@ -153,6 +153,7 @@ VW_ENUM(APPEARANCE_GIVEN, 1)  // by the points of structure from motion: nothing
 VW_ENUM(APPEARANCE_FITTED, 2) // by fit_photo at every visit
 
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
+VW_ENUM(RANDOM_PIXEL, 2)
 VW_ENUM(RANDOM_JITTER, 3)
 VW_ENUM(RANDOM_BACKGROUND, 6)
 VW_ENUM(RANDOM_OCCUPANCY, 7)
@@ -160,7 +161,7 @@ VW_ENUM(RANDOM_IMPORTANCE, 9)
 
 // ---- Binding slots (descriptor set 0) --------------------------------------------------------------------------------
 VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
-VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host
+VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host or by draw_pixels
 VW_ENUM(VW_SLOT_RAYS, 2)             // vw_ray per ray
 VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair, or two halves in a uint: a range of the params
 VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F or RG16F texels
@@ -269,7 +270,8 @@ VW_ENUM(VW_SLOT_BLENDED, 98)         // VW_SLOT_COLOURS of a drawing, where show
 VW_ENUM(VW_SLOT_SHOWN, 99)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
 VW_ENUM(VW_SLOT_D_WINDOWS, 100)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
 VW_ENUM(VW_SLOT_FEATURES, 101)       // vec4 [as VW_SLOT_PIXELS][FEATURE4], written by the host; only with the effect uncertainty
-VW_ENUM(VW_SLOT_COUNT, 102)
+VW_ENUM(VW_SLOT_PHOTOS, 102)         // uint: photos as the host has them, see src/train/device_photos.h
+VW_ENUM(VW_SLOT_COUNT, 103)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -449,6 +451,11 @@ struct vw_push_recipe {
 // ---- Push constants --------------------------------------------------------------------------------------------------
 // `key` is what random numbers are keyed by: seed and step, low word first. No constant, so that trainings with other seeds share
 // their pipelines.
+struct vw_push_draw {        // draw_pixels; side: vw_pixel_draw.picture_side, or that of tiles; first_mask_word 0: none
+    vw_uint4 key;
+    vw_uint first_pixel, count, listed, view, width_px, height_px; // pixels beyond those listed weigh nothing
+    vw_uint first_word, pixel_words, first_mask_word, mask_bit, side, draw, first_tile;
+};
 struct vw_push_rays {        // generate_rays, predict_visibility, gradient_visibility
     vw_uint first_pixel;     // where this step's pixels start in the pixel buffer
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0

@@ -1,4 +1,6 @@
 # Every compute shader that is embedded, in the order the data passes through them.
+viewworth_add_shader(rays/draw_pixels) # where the device draws them
+viewworth_add_shader(rays/draw_pixels VARIANT tiles DEFINE VW_OF_TILES) # for splats
 viewworth_add_shader(rays/generate_rays)
 viewworth_add_shader(effects/appearance_code/mix_code)
 viewworth_add_shader(effects/appearance_encoder/convolve_photo) # of the effect appearance_encoder, as the eight that follow

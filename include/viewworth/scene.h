@@ -167,6 +167,9 @@ enum vw_status vw_scene_decode_all(const struct vw_scene *scene);
 // out.
 enum vw_status vw_scene_estimate_exposures(const struct vw_scene *scene, const struct vw_exposure **exposures);
 
+// Returns the bytes that the pixels of a view that is not excluded take, also before they are decoded.
+uint64_t vw_view_image_bytes(const struct vw_scene *scene, uint32_t view);
+
 // Limits the memory that the pixels of scenes opened from now on may take; 0, the default: half of the machine's. It is
 // never more than the machine has.
 void vw_scene_set_memory(uint64_t size_bytes);

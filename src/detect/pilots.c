@@ -180,11 +180,12 @@ static enum vw_status make_group(const struct vw_pilots *pilots, struct training
     uint32_t created = 0, together = 1;
     enum vw_status status = vw_submissions_create(pilots->gpu, &submissions);
     while (created < count && created < together && !status) {
-        uint64_t before = vw_gpu_buffer_bytes(pilots->gpu);
+        uint64_t before = vw_submissions_unshared_bytes(submissions, pilots->gpu);
         status = create_trainer(pilots, submissions, &trainings[created]);
         created += !status;
         if (created == 1)
-            together = vw_trainers_together(vw_gpu_get_info(pilots->gpu), vw_gpu_buffer_bytes(pilots->gpu) - before);
+            together = vw_trainers_together(vw_gpu_get_info(pilots->gpu),
+                                            vw_submissions_unshared_bytes(submissions, pilots->gpu) - before);
     }
     if (!status) status = run_group(pilots, trainings, created);
     close_group(pilots->gpu, trainings, created);

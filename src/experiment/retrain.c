@@ -75,11 +75,11 @@ static enum vw_status try_base(struct vw_retrainer *retrainer) {
     const struct vw_retrainer_params *params = &retrainer->params;
     struct vw_trainer *trainer = NULL;
     uint8_t run_id[VW_HASH_BYTES];
-    const struct vw_gpu *gpu = params->session->devices[0].gpu;
-    uint64_t before = vw_gpu_buffer_bytes(gpu);
+    const struct vw_session_device *device = &params->session->devices[0];
+    uint64_t before = vw_submissions_unshared_bytes(device->submissions, device->gpu);
     enum vw_status status = create_trainer(retrainer, &(struct vw_retrain_params){.seed = 0}, 0, &trainer);
     if (!status) status = vw_trainer_run_id(trainer, run_id);
-    uint64_t bytes = vw_gpu_buffer_bytes(gpu) - before;
+    uint64_t bytes = vw_submissions_unshared_bytes(device->submissions, device->gpu) - before;
     vw_trainer_destroy(&trainer);
     if (status) return status;
     retrainer->at_a_time = vw_session_at_a_time(params->session, params->together, bytes);

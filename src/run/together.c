@@ -11,7 +11,8 @@ struct group {
 };
 
 static uint64_t device_bytes(const struct vw_session *session) {
-    return session->device_count ? vw_gpu_buffer_bytes(session->devices[0].gpu) : 0;
+    const struct vw_session_device *device = &session->devices[0];
+    return session->device_count ? vw_submissions_unshared_bytes(device->submissions, device->gpu) : 0;
 }
 
 static void open_run(const struct vw_together_params *params, uint32_t place, struct group *group) {

@@ -77,6 +77,13 @@ void vw_photo_source_destroy(struct vw_photo_source **source) {
     *source = NULL;
 }
 
+uint64_t vw_view_image_bytes(const struct vw_scene *scene, uint32_t view) {
+    const struct vw_image *image = &scene->views[view].image;
+    if (image->pixels) return 4 * (uint64_t)image->width_px * image->height_px * vw_pixel_channel_bytes(image->format);
+    const struct vw_photo_source *source = scene->source;
+    return vw_image_loaded_bytes(&source->photos[view].image_header, source->downscale);
+}
+
 // ---- Reading files --------------------------------------------------------------------------------------------------
 
 // Returns whether a photo can be decoded when it is first needed: no decision at opening depends on its pixels.

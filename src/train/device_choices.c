@@ -17,11 +17,13 @@ static const struct vw_device_choices of_cpus = {
 
 // Measured on an H200 (src/lab/results/gpu.md): a chunk fills a large one; equal addresses contend, those of padding
 // and of empty space above all; loads of storage buffers are as fast as texels, which take the way of textures; fewer
-// slices make the serial sum over them shorter, and their parts keep more lanes busy.
+// slices make the serial sum over them shorter, and their parts keep more lanes busy. Large ones waited for the host,
+// most of whose time went into drawing pixels.
 static const struct vw_device_choices of_gpus = {
     .chunk_samples = 1 << 18,
     .scatter = SCATTER_ATOMICS,
     .skip_zeros = true,
+    .draws_pixels = true,
     .slice_samples = 256,
     .slice_parts = 8,
 };

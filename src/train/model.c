@@ -15,8 +15,9 @@ _Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)
 _Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM &&
                    (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM && (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
                "optimisers differ");
-_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND &&
-                   (int)RANDOM_OCCUPANCY == VW_RANDOM_OCCUPANCY && (int)RANDOM_IMPORTANCE == VW_RANDOM_IMPORTANCE,
+_Static_assert((int)RANDOM_PIXEL == VW_RANDOM_PIXEL && (int)RANDOM_JITTER == VW_RANDOM_JITTER &&
+                   (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND && (int)RANDOM_OCCUPANCY == VW_RANDOM_OCCUPANCY &&
+                   (int)RANDOM_IMPORTANCE == VW_RANDOM_IMPORTANCE,
                "random purposes differ");
 
 static void specialise(const struct vw_config *config, struct vw_model *model) {

@@ -72,10 +72,13 @@ static uint32_t draw_within(uint32_t word, uint32_t begin, uint32_t end) {
     return begin + vw_random_below(word, end > begin ? end - begin : 1);
 }
 
+bool vw_pixels_are_sorted(const struct vw_scene *scene, bool masks) { return masks && scene->masked_view_count > 0; }
+
 uint32_t vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
                         struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     uint32_t side = draw->picture_side, first = 0, last = count; // places of pixels with weight, and without
+    bool sorts = vw_pixels_are_sorted(scene, draw->masks) && !side;
     for (uint32_t ray = 0; ray < count; ray++) {
         bool in_cell = ray < side * side;
         uint32_t words[4], parts = in_cell ? side : 1, x = in_cell ? ray % side : 0, y = in_cell ? ray / side : 0;
@@ -84,7 +87,7 @@ uint32_t vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struc
             scene, view, draw->masks,
             draw_within(words[0], part_begin(x, parts, image->width_px), part_begin(x + 1, parts, image->width_px)),
             draw_within(words[1], part_begin(y, parts, image->height_px), part_begin(y + 1, parts, image->height_px)));
-        pixels[pixel.weight > 0.0f || side ? first++ : --last] = pixel;
+        pixels[pixel.weight > 0.0f || !sorts ? first++ : --last] = pixel;
     }
     return first;
 }

@@ -1,5 +1,5 @@
 // The way of photos to the GPU: camera structs in box coordinates, and which pixels a step or the validation looks at
-// (decision 9: pixels stay on the host; only the drawn ones travel).
+// (decision 9).
 #ifndef VIEWWORTH_TRAIN_PIXELS_H
 #define VIEWWORTH_TRAIN_PIXELS_H
 
@@ -19,10 +19,13 @@ struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct v
 // file hides it.
 struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, bool masks, uint32_t x_px, uint32_t y_px);
 
+// Returns whether pixels are sorted: where masks are obeyed that hide some.
+bool vw_pixels_are_sorted(const struct vw_scene *scene, bool masks);
+
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
 // is the step's own; the others are for whoever tries a step on other pixels. The first picture_side^2 of them make a
-// picture of the photo: one in each of so many equal cells, row by row from the top; with a side of 0 none do, and
-// pixels with weight come first. Returns how many pixels there are up to the last with weight, with a picture all.
+// picture of the photo: one in each of so many equal cells, row by row from the top (0: none do). Where pixels
+// are sorted, those without weight come last, unless there is a picture. Returns how many come before them.
 struct vw_pixel_draw {
     uint64_t seed, step;
     uint32_t draw, picture_side;

@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "gpu/compute.h"
+#include "train/device_photos.h"
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
@@ -22,8 +23,20 @@ void vw_submissions_destroy(struct vw_submissions **submissions) {
     struct vw_submissions *dying = *submissions;
     if (!dying) return;
     for (int i = 0; i < SUBMISSIONS_IN_FLIGHT; i++) vw_submission_destroy(&dying->submissions[i]); // waits
+    vw_device_photos_destroy(&dying->photos);
     free(dying);
     *submissions = NULL;
+}
+
+uint64_t vw_submissions_unshared_bytes(const struct vw_submissions *submissions, const struct vw_gpu *gpu) {
+    const struct vw_device_photos *photos = submissions->photos;
+    return vw_gpu_buffer_bytes(gpu) - (photos ? vw_buffer_size_bytes(photos->buffer) : 0);
+}
+
+struct vw_device_photos *vw_submissions_take_photos(struct vw_submissions *submissions, struct vw_gpu *gpu,
+                                                    const struct vw_scene *scene) {
+    if (!submissions->photos && vw_device_photos_create(gpu, scene, &submissions->photos)) return NULL;
+    return submissions->photos->scene == scene ? submissions->photos : NULL;
 }
 
 uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_each) {
@@ -68,7 +81,7 @@ enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_
     enum vw_status status = vw_submissions_wait(submissions, index);
     for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
         const struct vw_submissions_member *member = &submissions->members[i];
-        if (member->has_steps(member->trainer, index)) member->decode_photos(member->trainer);
+        if (member->has_steps(member->trainer, index)) member->take_photos(member->trainer);
     }
     for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
         const struct vw_submissions_member *member = &submissions->members[i];

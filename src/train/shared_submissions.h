@@ -1,5 +1,5 @@
 // The command lists that trainers submit. Trainers that share them take steps together: each records its own steps
-// into the same submission, where the scheduler of src/gpu places them side by side, because they touch no common
+// into the same submission, where the scheduler of src/gpu places them side by side, because they write no common
 // buffer. So K trainings wait at as many barriers as one. Results are bit-identical to training alone.
 #ifndef VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
 #define VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
@@ -10,6 +10,8 @@
 #include "viewworth/gpu.h"
 #include "viewworth/status.h"
 
+struct vw_device_photos; // device_photos.h
+struct vw_scene;
 struct vw_submission;
 struct vw_trainer;
 
@@ -23,7 +25,7 @@ struct vw_submissions_member {
     // and one is left that needs no look at the state before.
     bool (*has_steps)(const struct vw_trainer *trainer, uint32_t index);
     // Decodes the photos that these steps draw from; a failure ends this trainer alone.
-    void (*decode_photos)(struct vw_trainer *trainer);
+    void (*take_photos)(struct vw_trainer *trainer);
     void (*record_steps)(struct vw_trainer *trainer, uint32_t index, struct vw_submission *submission);
 };
 
@@ -33,7 +35,8 @@ struct vw_submissions {
     double submitted_s[SUBMISSIONS_IN_FLIGHT], took_s[SUBMISSIONS_IN_FLIGHT];
     struct vw_submissions_member members[VW_TRAINERS_TOGETHER_MAX];
     uint32_t member_count;
-    enum vw_status failure; // that of any submission: it ends all of them
+    struct vw_device_photos *photos; // owned; NULL until a trainer draws on the device
+    enum vw_status failure;          // that of any submission: it ends all of them
     struct vw_saved_error why;
 };
 
@@ -45,7 +48,15 @@ void vw_submissions_destroy(struct vw_submissions **submissions);
 // as many of `bytes_each` as fit into half of its memory, up to VW_TRAINERS_TOGETHER_MAX.
 uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_each);
 
+// Returns the bytes of all live buffers of the device but the photos that its trainers share.
+uint64_t vw_submissions_unshared_bytes(const struct vw_submissions *submissions, const struct vw_gpu *gpu);
+
 // ---- For trainers ----
+
+// Returns the photos of a scene, which no other follows at its address, that the device draws from; NULL where the host
+// has to, since they do not fit or trainers of another scene have theirs there.
+struct vw_device_photos *vw_submissions_take_photos(struct vw_submissions *submissions, struct vw_gpu *gpu,
+                                                    const struct vw_scene *scene);
 
 enum vw_status vw_submissions_join(struct vw_submissions *submissions, const struct vw_submissions_member *member);
 // Waits for what is in flight, which the trainer may be part of.

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
+#include "train/device_photos.h"
 #include "train/effects/effects.h"
 #include "train/passes.h"
 #include "train/renderers/registry.h"
@@ -52,21 +53,22 @@ static enum vw_status create_update_passes(struct vw_step_passes *step) {
 
 static enum vw_status allocate_places(struct vw_step_passes *step) {
     uint64_t places = vw_buffer_size_bytes(step->pixels) / (step->rays * sizeof *step->drawn);
-    step->drawn = vw_allocate(step->rays, sizeof *step->drawn);
+    if (!step->photos) step->drawn = vw_allocate(step->rays, sizeof *step->drawn);
     step->counted = vw_allocate(places, sizeof *step->counted);
-    if (!step->drawn || !step->counted) return VW_ERROR_MEMORY;
+    if ((!step->drawn && !step->photos) || !step->counted) return VW_ERROR_MEMORY;
     for (uint64_t i = 0; i < places; i++) step->counted[i] = step->rays;
     return VW_OK;
 }
 
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
                               struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
-                              struct vw_step_passes *step) {
+                              struct vw_device_photos *photos, struct vw_step_passes *step) {
     *step = (struct vw_step_passes){.field = field,
                                     .objects = {.gpu = field->gpu},
                                     .photo_order = photo_order,
                                     .pixels = pixels,
                                     .scalars = scalars,
+                                    .photos = photos,
                                     .rays = config->rays,
                                     .padded_rays = vw_model_pad_rays(field->model, config->rays)};
     enum vw_status status = allocate_places(step);
@@ -99,11 +101,28 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
     return count;
 }
 
-void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+enum vw_status vw_step_create_draw(struct vw_step_passes *step, const struct vw_shader *shader,
+                                   struct vw_buffer *tiles) {
+    if (!step->photos) return VW_OK;
+    const struct vw_binding bindings[] = {{.slot = VW_SLOT_PHOTOS, .buffer = step->photos->buffer},
+                                          {.slot = VW_SLOT_PIXELS, .buffer = step->pixels},
+                                          {.slot = VW_SLOT_SPLAT_TILES, .buffer = tiles}};
+    const struct vw_pass_params common =
+        vw_pass_params_of(&step->field->model->specialization, bindings, VW_ARRAY_COUNT(bindings), NULL);
+    return vw_pass_create_of(&step->objects, &common, shader, &step->draw_pixels);
+}
+
+enum vw_status vw_step_take_photos(const struct vw_step_passes *step, const uint32_t *views, uint32_t count) {
+    enum vw_status status = vw_scene_decode(step->field->scene, views, count);
+    return !status && step->photos ? vw_device_photos_keep(step->photos, views, count) : status;
+}
+
+void vw_step_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                          const struct vw_pixel_draw *draw, uint32_t first_pixel) {
-    struct vw_pixel *uploaded = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
-    uint32_t counted = step->field->model->renderer->draw_pixels(step, scene, view, draw, first_pixel);
+    uint32_t counted = step->field->model->renderer->draw_pixels(step, submission, view, draw, first_pixel);
     step->counted[first_pixel / step->rays] = counted ? counted : 1; // a step has rays, if only one without weight
+    if (step->photos) return;
+    struct vw_pixel *uploaded = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
     vw_effects_draw_pixels(step->field->model, step, view, first_pixel);
     memcpy(uploaded, step->drawn, step->rays * sizeof *uploaded);
 }

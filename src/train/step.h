@@ -7,15 +7,19 @@
 #include "train/step_passes.h"
 
 // Creates the passes. `photo_order` says of which photos the steps are. `pixels` has room for vw_pixel of many steps,
-// `scalars` takes vec4 rows. All three outlive the passes.
+// `scalars` takes vec4 rows. `photos` are those that the device draws pixels from, into its own memory; NULL: the host
+// draws them, and `pixels` is mapped. All outlive the passes.
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
                               struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
-                              struct vw_step_passes *step);
+                              struct vw_device_photos *photos, struct vw_step_passes *step);
+
 void vw_step_destroy(struct vw_step_passes *step);
 
-// Draws the pixels of step number `draw->step` on a photo, from `first_pixel` of the step's buffer on. The
-// view's photo is decoded.
-void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+// Decodes photos, and brings them to the device where it draws.
+enum vw_status vw_step_take_photos(const struct vw_step_passes *step, const uint32_t *views, uint32_t count);
+// Draws the pixels of step number `draw->step` on a photo that was taken, from `first_pixel` of the step's buffer on,
+// or records that.
+void vw_step_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                          const struct vw_pixel_draw *draw, uint32_t first_pixel);
 // Returns how many of the pixels at `first_pixel` the step looks at. They come first; the others have no weight.
 uint32_t vw_step_counted_rays(const struct vw_step_passes *step, uint32_t first_pixel);

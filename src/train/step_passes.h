@@ -10,6 +10,7 @@
 #include "train/renderers/volume/importance.h"
 
 struct vw_consistency_effect; // effects/consistency.h
+struct vw_device_photos;      // device_photos.h
 struct vw_photo_order;
 struct vw_splat_step; // renderers/splats/splats_renderer.h
 
@@ -28,7 +29,9 @@ struct vw_step_passes {
     struct vw_gpu_objects objects;      // owned: all buffers and passes that are not borrowed
     struct vw_photo_order *photo_order; // borrowed
     struct vw_buffer *pixels, *scalars; // borrowed
-    struct vw_pixel *drawn;             // owned; room for the pixels of one step
+    struct vw_device_photos *photos;    // borrowed; NULL: the host draws pixels
+    struct vw_pass *draw_pixels;        // NULL likewise
+    struct vw_pixel *drawn;             // owned; room for the pixels of a step; NULL where the device draws
     uint32_t *counted; // owned; by place in `pixels`: how many rays of a step there count, and come first
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
@@ -51,6 +54,10 @@ struct vw_binding vw_step_overflow_binding(const struct vw_step_passes *step, ui
 struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *step);
 // Binds a step's buffers and its field's. Writes the bindings after the first `*count` and advances it.
 void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count);
+
+// Creates the pass that draws pixels, where the device does; `tiles`: those of splats, else NULL.
+enum vw_status vw_step_create_draw(struct vw_step_passes *step, const struct vw_shader *shader,
+                                   struct vw_buffer *tiles);
 
 // Creates another set of passes over the step's buffers. `objects` own them.
 enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_gpu_objects *objects,

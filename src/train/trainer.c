@@ -44,13 +44,14 @@ static struct vw_submission_room submission_room(const struct vw_trainer *traine
                                        .submission_bytes = is_cpu ? 1000000 : 1 << 25};
 }
 
-static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_submission) {
+static enum vw_status create_transfers(struct vw_trainer *trainer, const struct vw_device_photos *photos,
+                                       uint32_t steps_per_submission) {
     const struct vw_submission_room room = submission_room(trainer);
     vw_photo_order_set_submissions(&trainer->photo_order, &room, steps_per_submission);
     uint64_t slot_pixels = (uint64_t)trainer->config.rays * trainer->photo_order.submission_steps_max;
     const struct vw_buffer_params pixels = {.name = "pixels",
                                             .size_bytes = SUBMISSIONS_IN_FLIGHT * sizeof(struct vw_pixel) * slot_pixels,
-                                            .memory = VW_BUFFER_UPLOAD};
+                                            .memory = photos ? VW_BUFFER_DEVICE : VW_BUFFER_UPLOAD};
     const struct vw_buffer_params scalars = {.name = "scalars",
                                              .size_bytes = 16ull * SUBMISSIONS_IN_FLIGHT * rows_per_slot(trainer),
                                              .memory = VW_BUFFER_READBACK};
@@ -79,10 +80,14 @@ static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_t
     return status;
 }
 
-static enum vw_status create_field(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
+static struct vw_device_choices choose(const struct vw_gpu *gpu, const struct vw_trainer_params *params) {
     struct vw_device_choices choices;
-    vw_device_choose(vw_gpu_get_info(trainer->gpu), &choices);
-    if (params->choices) choices = *params->choices;
+    vw_device_choose(vw_gpu_get_info(gpu), &choices);
+    return params->choices ? *params->choices : choices;
+}
+
+static enum vw_status create_field(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
+    const struct vw_device_choices choices = choose(trainer->gpu, params);
     enum vw_status status = vw_model_create(&trainer->config, trainer->scene, trainer->photo_order.train_views,
                                             trainer->photo_order.train_count, trainer->effects, &choices,
                                             vw_gpu_get_limits(trainer->gpu), &trainer->model);
@@ -121,7 +126,7 @@ static void record_training(struct vw_trainer *trainer, struct vw_submission *su
     uint32_t view = vw_photo_order_view_of_step(&trainer->photo_order, step);
     const struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
                                         .picture_side = trainer->model.picture_side, .masks = trainer->masks};
-    vw_step_draw_pixels(&trainer->step, trainer->scene, view, &drawn, first_pixel);
+    vw_step_draw_pixels(&trainer->step, submission, view, &drawn, first_pixel);
     vw_step_record_passes(&trainer->step, submission, step, first_pixel, scalar_row);
     vw_validation_record(&trainer->validation, submission, scalar_row);
 }
@@ -135,8 +140,8 @@ static bool has_steps(const struct vw_trainer *trainer, uint32_t index) {
     return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer);
 }
 
-// Decodes the photos of the next submission and, because that is done in parallel, of some steps after it.
-static enum vw_status decode_photos(struct vw_trainer *trainer) {
+// Takes the photos of the next submission and, because that is done in parallel, of some steps after it.
+static enum vw_status take_photos(struct vw_trainer *trainer) {
     enum { STEPS_LEAST = 16 };
     uint64_t first = trainer->next_step ? trainer->next_step : 1,
              total = vw_photo_order_total_steps(&trainer->photo_order);
@@ -146,13 +151,13 @@ static enum vw_status decode_photos(struct vw_trainer *trainer) {
     if (!views) return VW_ERROR_MEMORY;
     for (; count < steps && first + count <= total; count++)
         views[count] = vw_photo_order_view_of_step(&trainer->photo_order, first + count);
-    enum vw_status status = vw_scene_decode(trainer->scene, views, count);
+    enum vw_status status = vw_step_take_photos(&trainer->step, views, count);
     free(views);
     return status;
 }
 
-static void decode_or_fail(struct vw_trainer *trainer) {
-    trainer->failure = decode_photos(trainer);
+static void take_photos_or_fail(struct vw_trainer *trainer) {
+    trainer->failure = take_photos(trainer);
     if (trainer->failure) trainer->why = vw_error_save();
 }
 
@@ -180,13 +185,19 @@ static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_s
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
 // Joins the submissions as the last part: from then on a trainer that shares them is recorded when others advance.
-static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *shared) {
-    enum vw_status status = shared ? VW_OK : vw_submissions_create(trainer->gpu, &trainer->own_submissions);
-    struct vw_submissions *submissions = shared ? shared : trainer->own_submissions;
-    const struct vw_submissions_member member = {trainer, has_steps, decode_or_fail, record_steps};
-    if (!status) status = vw_submissions_join(submissions, &member);
+static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *submissions) {
+    const struct vw_submissions_member member = {trainer, has_steps, take_photos_or_fail, record_steps};
+    enum vw_status status = vw_submissions_join(submissions, &member);
     if (!status) trainer->submissions = submissions;
     return status;
+}
+
+// Asks the choice, unless a field is loaded and no step follows, an effect fills in something beside the pixels, or the
+// host leaves some out.
+static bool draws_on_device(const struct vw_trainer *trainer, const struct vw_trainer_params *params) {
+    bool sorted = trainer->config.field != VW_FIELD_SPLATS && vw_pixels_are_sorted(trainer->scene, trainer->masks);
+    return choose(trainer->gpu, params).draws_pixels && !params->awaits_field && !sorted &&
+           !vw_effects_pixel_bytes(&trainer->model);
 }
 
 static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
@@ -194,13 +205,18 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
     if (!status) status = take_effects(trainer, params);
     if (!status) status = choose_views(trainer, params);
     if (!status) status = create_field(trainer, params);
-    if (!status) status = create_transfers(trainer, params->steps_per_submission);
+    if (!status && !params->submissions) status = vw_submissions_create(trainer->gpu, &trainer->own_submissions);
+    struct vw_submissions *submissions = params->submissions ? params->submissions : trainer->own_submissions;
+    struct vw_device_photos *photos = NULL;
+    if (!status && draws_on_device(trainer, params))
+        photos = vw_submissions_take_photos(submissions, trainer->gpu, trainer->scene);
+    if (!status) status = create_transfers(trainer, photos, params->steps_per_submission);
     if (!status)
         status = vw_step_create(&trainer->field, &trainer->config, &trainer->photo_order, trainer->pixels,
-                                trainer->scalars, &trainer->step);
+                                trainer->scalars, photos, &trainer->step);
     if (!status) status = create_validation(trainer);
     trainer->parts = list_parts(trainer);
-    return !status ? join_submissions(trainer, params->submissions) : status;
+    return !status ? join_submissions(trainer, submissions) : status;
 }
 
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **out) {

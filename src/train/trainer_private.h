@@ -30,7 +30,7 @@ struct vw_trainer {
     struct vw_validation validation;
     struct vw_trainer_parts parts; // the above, for code that works between steps
 
-    struct vw_buffer *pixels;  // UPLOAD: per submission slot and step, the step's rays
+    struct vw_buffer *pixels; // UPLOAD, or DEVICE where the device draws: per submission slot and step, the step's rays
     struct vw_buffer *scalars; // READBACK: per submission slot and step (step 0 included), a measurement
     struct vw_submissions *submissions, *own_submissions; // own: NULL where they are shared
     struct vw_submission_slot slots[SUBMISSIONS_IN_FLIGHT];

@@ -33,7 +33,7 @@ static const char USAGE[] =
     "       --describe | --host] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
-    "forced: chunk_samples slice_samples slice_parts grid_texel rows_texel skip_zeros\n"
+    "forced: chunk_samples slice_samples slice_parts grid_texel rows_texel skip_zeros draws_pixels\n"
     "        scatter (0: atomics, 1: split, 2: walk)\n";
 
 enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kind of device
@@ -45,7 +45,7 @@ struct setup {
     uint32_t steps, rounds;      // steps are spread over the rounds, each with trainers of its own
     uint32_t together;           // trainings that share their submissions; times are per step and training
     uint32_t batch;              // steps of one
-    uint32_t chunk_samples, slice_samples, slice_parts, grid_texel, rows_texel, skip_zeros, scatter;
+    uint32_t chunk_samples, slice_samples, slice_parts, grid_texel, rows_texel, skip_zeros, draws_pixels, scatter;
     bool profile;   // also prints the time of every pass
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
@@ -77,7 +77,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->real.downscale = 1;
     setup->batch = 8;
     setup->chunk_samples = setup->slice_samples = setup->slice_parts = UNSET;
-    setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = UNSET;
+    setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->draws_pixels = setup->scatter = UNSET;
 }
 
 // Sets what a run does unless told otherwise.
@@ -136,6 +136,7 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"grid_texel", &setup->grid_texel, 0, 1},
         {"rows_texel", &setup->rows_texel, 0, 1},
         {"skip_zeros", &setup->skip_zeros, 0, 1},
+        {"draws_pixels", &setup->draws_pixels, 0, 1},
         {"scatter", &setup->scatter, SCATTER_ATOMICS, SCATTER_WALK},
     };
     char *end;
@@ -175,6 +176,7 @@ static struct vw_device_choices choose(const struct setup *setup, const struct v
     if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
     if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
     if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
+    if (setup->draws_pixels != UNSET) choices.draws_pixels = setup->draws_pixels;
     if (setup->scatter != UNSET) choices.scatter = (enum vw_scatter_form)setup->scatter;
     return choices;
 }
@@ -352,8 +354,8 @@ static enum vw_status take_parts(const struct group *group, struct vw_submission
         for (uint32_t k = 0; k < steps; k++) {
             const struct vw_pixel_draw drawn = {
                 parts->config->seed, k + 1, .picture_side = parts->field->model->picture_side, .masks = parts->masks};
-            vw_step_draw_pixels(parts->step, parts->scene, vw_photo_order_view_of_step(parts->photo_order, k + 1),
-                                &drawn, k * rays);
+            vw_step_draw_pixels(parts->step, submission, vw_photo_order_view_of_step(parts->photo_order, k + 1), &drawn,
+                                k * rays);
         }
         add_part(&parts_us[DRAW], &since_s);
         for (uint32_t k = 0; k < steps; k++) {
@@ -387,6 +389,10 @@ static enum vw_status print_host(struct vw_gpu *gpu, const struct vw_scene *scen
     struct vw_submission *submission = NULL;
     enum vw_status status = open_group(gpu, scene, setup, true, &group);
     if (status == VW_OK) status = vw_submission_create(gpu, &submission);
+    for (uint32_t i = 0; i < group.count && status == VW_OK; i++) {
+        const struct vw_trainer_parts *parts = vw_trainer_get_parts(group.trainers[i]);
+        status = vw_step_take_photos(parts->step, parts->photo_order->train_views, parts->photo_order->train_count);
+    }
     for (uint32_t i = 0; i <= setup->rounds && status == VW_OK; i++) { // the first warms up
         double round_us[HOST_PARTS] = {0};
         status = take_parts(&group, submission, setup->batch, round_us);
@@ -469,6 +475,7 @@ static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
            choices.chunk_samples, choices.slice_samples, choices.slice_parts);
     printf("| chosen: scatter | %s%s |\n", scatter_names[choices.scatter],
            choices.skip_zeros ? ", zeros left out" : "");
+    printf("| chosen: pixels drawn on the device | %s |\n", choices.draws_pixels ? "yes" : "no");
     printf("| chosen: texel buffers for grid, rows | %s, %s |\n", choices.grid_texel ? "yes" : "no",
            choices.rows_texel ? "yes" : "no");
     printf("| peak: copy, multiply-adds | %.1f GB/s, %.1f G/s |\n", 1e-9 * peaks.copy_bytes_per_s,

@@ -69,6 +69,8 @@ static const struct vw_shader *const elsewhere[] = {
     &vw_shader_slope_views, &vw_shader_direct_adjoint, &vw_shader_reduce_adjoint, &vw_shader_perturb_params,
     &vw_shader_difference_rays, &vw_shader_difference_rays_effects, &vw_shader_normalise_slopes, &vw_shader_gather_grid,
     &vw_shader_gather_weights, &vw_shader_gather_code, &vw_shader_multiply_blocks,
+    // test_draw_pixels
+    &vw_shader_draw_pixels, &vw_shader_draw_pixels_tiles,
     // test_hard_importance
     &vw_shader_place_samples,
     // test_measure_views

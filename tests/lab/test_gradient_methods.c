@@ -174,9 +174,9 @@ static void measure_photo(struct vw_gradient_replay *gradient_replay, uint32_t p
     const struct vw_trainer_parts *context = gradient_replay->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
     struct vw_submission *submission = gradient_replay->replay.submission;
+    vw_submission_begin(submission);
     uint32_t pixel = vw_step_replay_draw_photo(&gradient_replay->replay, context->photo_order->train_views[photo],
                                                number, 1 + photo, 0);
-    vw_submission_begin(submission);
     vw_adjoint_record_own_step(&gradient_replay->passes, submission, number, pixel, 0);
     vw_snapshot_record_restore(&gradient_replay->state, submission);
     ASSERT_OK(vw_step_replay_run(&gradient_replay->replay));

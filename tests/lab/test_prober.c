@@ -135,8 +135,10 @@ TEST(submissions_of_any_size_give_the_same_bits) {
 // Takes the step after the trainer's state, on a draw of pixels that nothing else takes, and validates.
 static struct vw_step_record step_by_hand(struct vw_trainer *trainer, uint64_t number, uint32_t view, uint32_t draw) {
     struct vw_submission *submission = NULL;
-    vw_pixels_draw(trainer->scene, view, &(struct vw_pixel_draw){trainer->config.seed, number, draw, 0},
-                   trainer->config.rays, vw_buffer_map(trainer->pixels));
+    uint32_t rays = trainer->config.rays;
+    struct vw_pixel *pixels = test_allocate(rays, sizeof *pixels);
+    vw_pixels_draw(trainer->scene, view, &(struct vw_pixel_draw){trainer->config.seed, number, draw, 0}, rays, pixels);
+    ASSERT_OK(vw_buffer_write(trainer->pixels, 0, pixels, rays * sizeof *pixels));
     ASSERT_OK(vw_submission_create(trainer->gpu, &submission));
     vw_submission_begin(submission);
     vw_step_record_passes(&trainer->step, submission, number, 0, 0);

@@ -120,7 +120,8 @@ static double *as_block(const struct vw_model *model, struct reference_step *ste
 // Returns where in their photo pixels lie, -1 to 1 across it.
 static double (*places_of(const struct vw_trainer_parts *context, uint32_t first, uint32_t view, uint32_t count))[2] {
     double(*places)[2] = test_allocate(count, sizeof *places);
-    const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(context->pixels) + first;
+    struct vw_pixel *pixels = test_allocate(count, sizeof *pixels);
+    ASSERT_OK(vw_buffer_read(context->pixels, first * sizeof *pixels, pixels, count * sizeof *pixels));
     const struct vw_image *image = &context->scene->views[view].image;
     for (uint32_t i = 0; i < count; i++) {
         places[i][0] = 2.0 * pixels[i].x_px / image->width_px - 1.0;
@@ -140,9 +141,9 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     struct test_random random = {.seed = 3};
     for (uint64_t i = 0; i < count; i++) lambda[i] = test_random_next(&random);
     ASSERT_OK(vw_buffer_write(adjoint->lambda, 0, lambda, model->param_bytes));
+    vw_submission_begin(lasting->replay.submission);
     uint32_t pixel = vw_step_replay_draw(&lasting->replay, STEP, 0),
              view = vw_photo_order_view_of_step(lasting->replay.context->photo_order, STEP);
-    vw_submission_begin(lasting->replay.submission);
     vw_kept_steps_record_load(&lasting->kept, lasting->replay.submission, (uint32_t)STEP - 1,
                               &lasting->backward.blocks);
     vw_adjoint_record_step(&lasting->backward, lasting->replay.submission, STEP, pixel, 0);

@@ -62,6 +62,7 @@ TEST(pixels_with_weight_come_first) {
     assert_non_null(scene->views[0].mask);
     for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)
         scene->views[0].mask[i] = i % WIDTH < WIDTH / 2 ? VW_MASK_HIDE : VW_MASK_KEEP;
+    scene->masked_view_count = 1;
     uint32_t counted = vw_pixels_draw(scene, 0, &draw, RAYS, masked), first = 0, last = RAYS;
     assert_in_range(counted, 1, RAYS - 1);
     for (uint32_t i = 0; i < RAYS; i++) {

@@ -31,7 +31,7 @@ static void draw(const struct vw_scene *scene, const struct vw_config *config, s
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one submission
     drawn->jitter_seed = trainer->model.seed;
     drawn->run = test_run_of(trainer);
-    memcpy(drawn->pixels, vw_buffer_map(trainer->pixels), config->rays * sizeof *drawn->pixels);
+    ASSERT_OK(vw_buffer_read(trainer->pixels, 0, drawn->pixels, config->rays * sizeof *drawn->pixels));
     drawn->views = drawn->run->views[0];
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(drawn->order); i++) drawn->order[i] = drawn->run->records[1 + i].view;
 }

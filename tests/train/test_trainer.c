@@ -8,6 +8,7 @@
 #include "image/image.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
+#include "train/device_photos.h"
 #include "train/pixels.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
@@ -108,14 +109,28 @@ TEST(validation_agrees_with_render) {
     }
 }
 
-// Decision 9: device memory depends on neither the size nor the number of the photos' pixels.
+// Opens a trainer that draws pixels on the device or on the host; `submissions` NULL: with its own.
+static struct vw_trainer *open_drawing(const struct vw_scene *scene, const struct vw_config *config, bool on_device,
+                                       struct vw_submissions *submissions) {
+    struct vw_device_choices choices;
+    vw_device_choose(vw_gpu_get_info(test_gpu()), &choices);
+    choices.draws_pixels = on_device;
+    return test_trainer_open((struct vw_trainer_params){.scene = scene,
+                                                        .config = config,
+                                                        .validate = true,
+                                                        .choices = &choices,
+                                                        .submissions = submissions,
+                                                        .steps_per_submission = 4});
+}
+
+// Decision 9: where the host draws, device memory depends on neither the size nor the number of the photos' pixels.
 TEST(memory_is_flat_in_pixels) {
     struct vw_config config = test_config();
     uint64_t bytes[2];
     for (int large = 0; large < 2; large++) {
         struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
             .train_views = 5, .val_views = TEST_VALS, .width_px = large ? 640 : 32, .height_px = large ? 480 : 24});
-        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+        struct vw_trainer *trainer = open_drawing(scene, &config, false, NULL);
         struct vw_trainer_stats stats;
         vw_trainer_get_stats(trainer, &stats);
         bytes[large] = stats.device_bytes;
@@ -218,6 +233,86 @@ TEST_CASES(the_choices_for_each_kind_train_the_same, i, VW_ARRAY_COUNT(kinds)) {
     choices.slice_samples = own.slice_samples, choices.slice_parts = own.slice_parts;
     struct test_run *same = run_clamped(scene, &config, NULL, &choices, 0);
     test_run_assert_same(same, ordinary);
+}
+
+static const struct {
+    enum vw_field field;
+    const char *effects;
+    double consistency_weight; // for pixels that make a picture
+} drawn_cases[] = {
+    {VW_FIELD_HASH, "none", 0.0},
+    {VW_FIELD_HASH, "masks", 0.0},
+    {VW_FIELD_HASH, "appearance_encoder,visibility", 0.01},
+    {VW_FIELD_SPLATS, "masks,background", 0.0},
+};
+
+// Hides a part of every photo.
+static void hide(struct vw_scene *scene) {
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        scene->views[v].mask = vw_allocate(24 * 18, 1);
+        assert_non_null(scene->views[v].mask);
+        for (uint32_t i = 0; i < 24 * 18; i++) scene->views[v].mask[i] = i % 24 < 5 + v ? VW_MASK_HIDE : VW_MASK_KEEP;
+        scene->views[v].has_mask = true;
+    }
+    scene->masked_view_count = scene->view_count;
+}
+
+TEST_CASES(pixels_drawn_on_the_device_train_the_same, i, VW_ARRAY_COUNT(drawn_cases)) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config_of(drawn_cases[i].field);
+    strcpy(config.effects, drawn_cases[i].effects);
+    config.consistency_weight = drawn_cases[i].consistency_weight;
+    config.rays = i == 3 ? 3 * 256 : 1100; // the picture has up to 32 x 32 pixels
+    hide(scene);
+    struct vw_trainer *on_device = open_drawing(scene, &config, true, NULL);
+    assert_true(on_device->step.photos && on_device->step.draw_pixels);
+    struct vw_trainer *on_host = open_drawing(scene, &config, false, NULL);
+    assert_null(on_host->step.photos);
+    test_run_assert_same(test_run_of(on_device), test_run_of(on_host));
+}
+
+// One begins on the host, the other goes on from its checkpoint on the device.
+TEST(a_run_goes_on_where_others_draw_its_pixels) {
+    struct vw_scene *scene = test_scene();
+    const struct vw_config config = test_config();
+    struct test_run *run = test_allocate(1, sizeof *run);
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "checkpoint");
+    struct vw_trainer *first = open_drawing(scene, &config, false, NULL),
+                      *second = open_drawing(scene, &config, true, NULL);
+    uint64_t step;
+    vw_trainer_stop_after(first, 7);
+    test_run_advance(first, run);
+    ASSERT_OK(vw_trainer_save_checkpoint(first, path));
+    ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
+    test_run_finish(second, run);
+    test_run_assert_same(run, test_run(scene, &config, true, 0));
+    temporary_folder_remove(folder);
+}
+
+static void destroy_submissions(void *submissions) { vw_submissions_destroy(&(struct vw_submissions *){submissions}); }
+
+// Trainers of one scene share its photos; the memory that each takes does not count them. One of another scene, and one
+// whose effect has something to fill in beside each pixel, draw on the host.
+TEST(trainers_share_photos) {
+    struct vw_scene *scene = test_scene(), *other = test_scene();
+    struct vw_config config = test_config(), longer = test_config();
+    longer.seed = 9;
+    struct vw_submissions *submissions = NULL;
+    ASSERT_OK(vw_submissions_create(test_gpu(), &submissions));
+    test_own(submissions, destroy_submissions);
+    uint64_t bytes = vw_submissions_unshared_bytes(submissions, test_gpu()), all = vw_gpu_buffer_bytes(test_gpu());
+    struct vw_trainer *a = open_drawing(scene, &config, true, submissions),
+                      *b = open_drawing(scene, &longer, true, submissions),
+                      *c = open_drawing(other, &config, true, submissions);
+    assert_true(a->step.photos && a->step.photos == b->step.photos && !c->step.photos);
+    uint64_t photo_bytes = vw_buffer_size_bytes(a->step.photos->buffer);
+    assert_int_equal(photo_bytes, 4 * 24 * 18 * scene->view_count);
+    assert_int_equal(vw_submissions_unshared_bytes(submissions, test_gpu()) - bytes + photo_bytes,
+                     vw_gpu_buffer_bytes(test_gpu()) - all);
+    test_run_assert_same(test_run_of(a), test_run(scene, &config, true, 0));
+    test_run_assert_same(test_run_of(b), test_run(scene, &longer, true, 0));
+    test_run_assert_same(test_run_of(c), test_run(other, &config, true, 0));
 }
 
 // A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders

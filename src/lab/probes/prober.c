@@ -17,10 +17,10 @@ enum vw_status vw_prober_create(struct vw_trainer *trainer, struct vw_prober *pr
     prober->zero_rate_model.specialization.learning_rate = 0.0f;
     prober->zero_rate_field.model = &prober->zero_rate_model;
     enum vw_status status = vw_step_create(&prober->zero_rate_field, parts->config, parts->photo_order, parts->pixels,
-                                           parts->scalars, &prober->zero_rate_step);
+                                           parts->scalars, parts->step->photos, &prober->zero_rate_step);
     if (!status) status = vw_snapshot_create(parts->step, &prober->snapshot);
     if (!status) status = vw_submission_create(parts->field->gpu, &prober->submission);
-    return status ? status : vw_scene_decode(parts->scene, order->train_views, order->train_count);
+    return status ? status : vw_step_take_photos(parts->step, order->train_views, order->train_count);
 }
 
 void vw_prober_destroy(struct vw_prober *prober) {
@@ -39,7 +39,7 @@ static void record(const struct vw_prober *prober, uint64_t step, const struct v
         const struct vw_pixel_draw drawn = {vw_config_seed_of(parts->config, VW_VARY_PIXELS), step, probe->draw,
                                             parts->field->model->picture_side, // as those of the step would be
                                             parts->masks};
-        vw_step_draw_pixels(passes, parts->scene, probe->view, &drawn, first_pixel);
+        vw_step_draw_pixels(passes, prober->submission, probe->view, &drawn, first_pixel);
         vw_step_record_passes(passes, prober->submission, step, first_pixel, row);
     }
     vw_validation_record(parts->validation, prober->submission, row);

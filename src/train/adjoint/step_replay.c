@@ -14,7 +14,7 @@ enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, v
     uint32_t room = replay->context->photo_order->submission_steps_max;
     replay->submission_steps = room < SUBMISSION_STEPS_MAX ? room : SUBMISSION_STEPS_MAX;
     const struct vw_photo_order *photo_order = replay->context->photo_order;
-    status = vw_scene_decode(replay->context->scene, photo_order->train_views, photo_order->train_count);
+    status = vw_step_take_photos(replay->context->step, photo_order->train_views, photo_order->train_count);
     return status ? status : vw_submission_create(replay->context->field->gpu, &replay->submission);
 }
 
@@ -29,7 +29,7 @@ uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t
     uint32_t rays = context->config->rays;
     const struct vw_pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, draw, 0,
                                         context->masks};
-    vw_step_draw_pixels(context->step, context->scene, view, &drawn, index * rays);
+    vw_step_draw_pixels(context->step, replay->submission, view, &drawn, index * rays);
     return index * rays;
 }
 

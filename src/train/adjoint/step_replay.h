@@ -26,8 +26,8 @@ enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, v
                                      void *context, struct vw_step_replay *replay);
 void vw_step_replay_destroy(struct vw_step_replay *replay);
 
-// Draws the pixels of a step into the trainer's upload buffer, at place `index` of a submission; returns the first
-// pixel.
+// Draws the pixels of a step, or records that in the submission, which has begun, at place `index` of one; returns the
+// first pixel.
 uint32_t vw_step_replay_draw(const struct vw_step_replay *replay, uint64_t step, uint32_t index);
 // Draws the same for another photo than the step's, or by another draw than 0, which is the step's own.
 uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,

@@ -31,9 +31,9 @@ struct vw_renderer_kind {
     enum vw_status (*initialise)(const struct vw_model *model, const struct vw_scene *scene,
                                  const struct vw_drawn *drawn, void *params);
 
-    // Draws the pixels of a step on a photo, which will be those from `first_pixel` of the step's buffer on. Returns
-    // how many of them, from the first on, a step has to look at.
-    uint32_t (*draw_pixels)(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+    // Draws the pixels of a step on a photo, which will be those from `first_pixel` of the step's buffer on, or records
+    // that where the device does. Returns how many of them, from the first on, a step has to look at.
+    uint32_t (*draw_pixels)(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                             const struct vw_pixel_draw *draw, uint32_t first_pixel);
     // Creates its buffers, then its passes, of a step. The step owns them.
     enum vw_status (*create_step_buffers)(struct vw_step_passes *step);

@@ -166,7 +166,10 @@ static struct masked_step take_masked_step(const char *effects, struct vw_config
     struct test_run *run = test_run_of(step.trainer);
     const struct vw_buffer *colours = vw_splats_step_drawing(&step.trainer->step)->colours;
     step.drawn = read_rays((struct vw_buffer *)colours, config->rays);
-    step.pixels = vw_buffer_map(step.trainer->step.pixels);
+    struct vw_buffer *buffer = step.trainer->step.pixels;
+    struct vw_pixel *pixels = test_allocate(vw_buffer_size_bytes(buffer), 1);
+    ASSERT_OK(vw_buffer_read(buffer, 0, pixels, vw_buffer_size_bytes(buffer)));
+    step.pixels = pixels;
     step.record = &run->records[run->count - 1];
     while (step.pixels->view != step.record->view)
         step.pixels += config->rays; // the steps of a submission, one after another

@@ -30,7 +30,7 @@ uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, const struct
 struct vw_binding vw_splats_binding(const struct vw_radiance_field *field);
 struct vw_push_splats vw_splats_push(const struct vw_model *model);
 
-uint32_t vw_splats_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+uint32_t vw_splats_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                                const struct vw_pixel_draw *draw, uint32_t first_pixel);
 enum vw_status vw_splats_create_step_buffers(struct vw_step_passes *step);
 enum vw_status vw_splats_create_step_passes(struct vw_step_passes *step);

@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/device_photos.h"
 #include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/photo_order.h"
@@ -36,9 +37,21 @@ static uint32_t tile_pixels(const struct vw_splat_step *splats) {
     return splats->drawing.specialization.side * splats->drawing.specialization.side;
 }
 
-uint32_t vw_splats_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+// Records the drawing of the pixels of the tiles that were listed.
+static void record_draw(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
+                        const struct vw_pixel_draw *draw, uint32_t first_pixel) {
+    const struct vw_splat_step *splats = step->splats;
+    struct vw_push_draw push = vw_device_photos_push(step->photos, view, draw, first_pixel, step->rays);
+    push.side = splats->drawing.specialization.side;
+    push.first_tile = first_pixel / tile_pixels(splats);
+    push.listed = splats->photos[first_pixel / step->rays].tiles * tile_pixels(splats);
+    vw_submission_dispatch(submission, step->draw_pixels, &push, sizeof push, step->rays);
+}
+
+uint32_t vw_splats_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                                const struct vw_pixel_draw *draw, uint32_t first_pixel) {
     const struct vw_splat_step *splats = step->splats;
+    const struct vw_scene *scene = step->field->scene;
     uint32_t side = splats->drawing.specialization.side, each = tile_pixels(splats);
     struct vw_splat_tile *tiles = (struct vw_splat_tile *)vw_buffer_map(splats->drawing.tiles) + first_pixel / each;
     struct drawn_photo *photo = &splats->photos[first_pixel / step->rays];
@@ -48,9 +61,11 @@ uint32_t vw_splats_draw_pixels(const struct vw_step_passes *step, const struct v
         struct vw_photo_tile drawn = splats->drawn[i];
         tiles[i] = vw_splat_tile_at(&splats->listed[view], view, drawn.left_px / side, drawn.top_px / side);
         photo->squares += drawn.left_px % VW_SPLAT_SQUARE == 0 && drawn.top_px % VW_SPLAT_SQUARE == 0;
-        vw_pixels_take_tile(scene, view, draw->masks, drawn, side, step->drawn + i * each);
+        if (!step->photos) vw_pixels_take_tile(scene, view, draw->masks, drawn, side, step->drawn + i * each);
     }
-    for (uint32_t i = photo->tiles * each; i < step->rays; i++) step->drawn[i] = (struct vw_pixel){.view = view};
+    for (uint32_t i = photo->tiles * each; !step->photos && i < step->rays; i++)
+        step->drawn[i] = (struct vw_pixel){.view = view};
+    if (step->photos) record_draw(step, submission, view, draw, first_pixel);
     return step->rays; // its tiles say which of them
 }
 
@@ -108,6 +123,7 @@ enum vw_status vw_splats_create_step_passes(struct vw_step_passes *step) {
     params.binding_count = count;
     params.ray_effects = vw_effects_are_of_rays(model, &model->specialization);
     if (!status) status = vw_splat_drawing_create(&params, &step->splats->drawing);
+    if (!status) status = vw_step_create_draw(step, &vw_shader_draw_pixels_tiles, step->splats->drawing.tiles);
     return !status ? vw_splat_gradient_create(&params, &step->splats->drawing, &step->splats->gradient) : status;
 }
 

@@ -8,7 +8,7 @@
 struct vw_pass_costs; // train/pass_costs.h
 struct vw_pixel_draw; // train/pixels.h
 
-uint32_t vw_volume_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+uint32_t vw_volume_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                                const struct vw_pixel_draw *draw, uint32_t first_pixel);
 enum vw_status vw_volume_create_step_buffers(struct vw_step_passes *step);
 enum vw_status vw_volume_create_step_passes(struct vw_step_passes *step);

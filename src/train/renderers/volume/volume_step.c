@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/device_photos.h"
 #include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/pixels.h"
@@ -11,10 +12,12 @@
 
 static uint32_t word_bytes(const struct vw_model *model) { return model->specialization.wide_gradient ? 16 : 8; }
 
-uint32_t vw_volume_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+uint32_t vw_volume_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                                const struct vw_pixel_draw *draw, uint32_t first_pixel) {
-    (void)first_pixel;
-    return vw_pixels_draw(scene, view, draw, step->rays, step->drawn);
+    if (!step->photos) return vw_pixels_draw(step->field->scene, view, draw, step->rays, step->drawn);
+    const struct vw_push_draw push = vw_device_photos_push(step->photos, view, draw, first_pixel, step->rays);
+    vw_submission_dispatch(submission, step->draw_pixels, &push, sizeof push, step->rays);
+    return step->rays;
 }
 
 enum vw_status vw_volume_create_step_buffers(struct vw_step_passes *step) {
@@ -71,6 +74,7 @@ static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t i
 enum vw_status vw_volume_create_step_passes(struct vw_step_passes *step) {
     const struct vw_model *model = step->field->model;
     enum vw_status status = vw_gradient_create(step, &step->objects, &model->specialization, &step->gradient);
+    if (!status) status = vw_step_create_draw(step, &vw_shader_draw_pixels, NULL);
     for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_update_grid(step, i);
     return status;
 }
