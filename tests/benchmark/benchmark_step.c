@@ -7,6 +7,7 @@
 //
 // scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
 // the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
+// --occupancy lists the dispatches of a step with validation, and which of them run beside each other.
 #include <inttypes.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -18,6 +19,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "gpu/command_list.h"
 #include "gpu/compute.h"
 #include "interface.h"
 #include "support/synthetic_scene.h"
@@ -28,7 +30,7 @@
 
 static const char USAGE[] =
     "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
-    "       --describe] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
+    "       --describe | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
     "forced: chunk_samples slice_samples slice_parts grid_texel rows_texel skip_zeros\n"
@@ -48,6 +50,7 @@ struct setup {
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
     bool describe;  // only the device
+    bool occupancy; // only lists the dispatches of a step
 };
 
 enum { ROUNDS_MAX = 64 };
@@ -95,6 +98,7 @@ static bool set_flag(struct setup *setup, const char *word) {
     else if (!strcmp(word, "--pipelines")) setup->pipelines = true;
     else if (!strcmp(word, "--bits")) setup->bits = true;
     else if (!strcmp(word, "--describe")) setup->describe = true;
+    else if (!strcmp(word, "--occupancy")) setup->occupancy = true;
     else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
     else if (!strcmp(word, "--splats")) choose_splats(setup);
     else if (!strncmp(word, "scene=", 6)) setup->real.path = word + 6;
@@ -363,6 +367,61 @@ static enum vw_status print_bits(struct vw_gpu *gpu, const struct vw_scene *scen
     return status;
 }
 
+// ---- Occupancy ------------------------------------------------------------------------------------------------------
+
+static void print_dispatch(const struct vw_command *command, uint64_t stage, int step) {
+    static const char *const steps[] = {"the one before", "this", "the next"};
+    const struct vw_pass *pass = command->pass;
+    const struct vw_workgroups *groups = &command->groups;
+    const uint64_t count = (uint64_t)groups->x * groups->y;
+    const char *whose = step < -1 || step > 1 ? "another" : steps[step + 1];
+    printf("| %" PRIu64 " | %s | %s | %s | ", stage, pass ? pass->name : "copy", pass && pass->role ? pass->role : "",
+           whose);
+    if (!pass) printf("| | |\n");
+    else if (groups->listed) printf("by the device | | |\n");
+    else
+        printf("%" PRIu64 " | %" PRIu64 " | %" PRIu64 " |\n", count, count * pass->workgroup_invocations,
+               count * ((pass->workgroup_invocations + 31) / 32));
+}
+
+static uint64_t stage_of(const struct vw_command_list *list, size_t number) {
+    size_t i = 0;
+    while (list->commands[i].number != number) i++;
+    return list->commands[i].stage;
+}
+
+// Prints the stages from the one in which a step in the middle of a submission begins up to the one of the next step.
+static void print_stages(const struct vw_command_list *list, uint32_t steps) {
+    const size_t per_step = list->count / steps, first = steps / 2 * per_step;
+    const uint64_t begin = stage_of(list, first), end = stage_of(list, first + per_step);
+    printf(
+        "| stage | pass | role | of step | workgroups | invocations | warps of 32 |\n|---|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < list->count; i++) {
+        const struct vw_command *command = &list->commands[i];
+        if (command->stage >= begin && command->stage < end)
+            print_dispatch(command, command->stage - begin, (int)(command->number / per_step) - (int)(steps / 2));
+    }
+    printf("\ncommands %zu barriers %" PRIu64 " per step; %.2f in %" PRIu32 " steps of a submission\n", per_step,
+           end - begin, (double)list->barrier_count / steps, steps);
+}
+
+// Steps overlap: so these are the stages of a submission of equal steps, of which two are in flight.
+static enum vw_status print_occupancy(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
+    struct setup alone = *setup;
+    struct group group = {0};
+    uint32_t count;
+    alone.together = 1;
+    if (alone.batch < 4) alone.batch = 4;
+    enum vw_status status = open_group(gpu, scene, &alone, true, &group);
+    if (status == VW_OK) status = advance(&group, &count);
+    const struct vw_command_list *list = status ? NULL : vw_submission_list(group.submissions->submissions[1]);
+    if (list && list->count % alone.batch)
+        status = vw_fail(VW_ERROR_USAGE, "--occupancy: the steps of a submission differ; give another batch=");
+    else if (list) print_stages(list, alone.batch);
+    close_group(&group);
+    return status;
+}
+
 // ---- The device -----------------------------------------------------------------------------------------------------
 
 static void print_limits(const struct vw_gpu_limits *l) {
@@ -421,9 +480,10 @@ static enum vw_status run(const struct setup *setup) {
     if (status == VW_OK && setup->real.path) status = vw_scene_decode_all(scene);
     if (status == VW_OK) status = vw_gpu_open(&params, &gpu);
     if (status == VW_OK)
-        status = setup->describe ? describe(gpu, setup)
-                 : setup->bits   ? print_bits(gpu, scene, setup)
-                                 : measure(gpu, scene, setup);
+        status = setup->describe    ? describe(gpu, setup)
+                 : setup->bits      ? print_bits(gpu, scene, setup)
+                 : setup->occupancy ? print_occupancy(gpu, scene, setup)
+                                    : measure(gpu, scene, setup);
     if (status == VW_OK && setup->pipelines) fputs(vw_gpu_pipeline_statistics(gpu), stdout);
     vw_scene_close(&scene);
     enum vw_status closed = vw_gpu_close(&gpu);
