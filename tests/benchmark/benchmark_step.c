@@ -405,7 +405,7 @@ static void print_stages(const struct vw_command_list *list, uint32_t steps) {
            end - begin, (double)list->barrier_count / steps, steps);
 }
 
-// Steps overlap: so these are the stages of a submission of equal steps, of which two are in flight.
+// Prints what a step occupies in the second submission, since the steps of one overlap.
 static enum vw_status print_occupancy(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
     struct setup alone = *setup;
     struct group group = {0};

@@ -26,6 +26,7 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
             vw_step_record_gradients(context->step, lasting->replay.submission, step,
                                      vw_step_replay_draw(&lasting->replay, step, i));
             vw_step_record_update(context->step, lasting->replay.submission, step, scaled ? extra : 0.0f);
+            vw_step_record_loss(context->step, lasting->replay.submission, vw_step_replay_row(&lasting->replay, i));
             if (vw_lasting_is_state(lasting, step))
                 vw_validation_record(context->validation, lasting->replay.submission,
                                      vw_step_replay_row(&lasting->replay, i));
