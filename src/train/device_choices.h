@@ -21,6 +21,7 @@ struct vw_device_choices {
     bool skip_zeros;              // scatter_grid asks before it adds, and leaves 0 out; not in the walk
     bool grid_texel, rows_texel;  // gathered through texel buffers rather than storage buffers
     uint32_t slice_parts;         // lanes that share a slice, a power of two up to 64; changes the last bits
+    uint32_t ray_lanes;           // lanes that share a ray, a power of two up to 32; changes the last bits
     uint32_t slice_samples; // per partial sum of the weights' gradient: VW_FIELD_GROUP or a part; changes the last bits
 };
 

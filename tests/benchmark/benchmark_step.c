@@ -33,7 +33,7 @@ static const char USAGE[] =
     "       --describe | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
-    "forced: chunk_samples slice_samples slice_parts grid_texel rows_texel skip_zeros\n"
+    "forced: chunk_samples slice_samples slice_parts ray_lanes grid_texel rows_texel skip_zeros\n"
     "        scatter (0: atomics, 1: split, 2: walk)\n";
 
 enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kind of device
@@ -45,7 +45,7 @@ struct setup {
     uint32_t steps, rounds;      // steps are spread over the rounds, each with trainers of its own
     uint32_t together;           // trainings that share their submissions; times are per step and training
     uint32_t batch;              // steps of one
-    uint32_t chunk_samples, slice_samples, slice_parts, grid_texel, rows_texel, skip_zeros, scatter;
+    uint32_t chunk_samples, slice_samples, slice_parts, ray_lanes, grid_texel, rows_texel, skip_zeros, scatter;
     bool profile;   // also prints the time of every pass
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
@@ -76,7 +76,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->together = 1;
     setup->real.downscale = 1;
     setup->batch = 8;
-    setup->chunk_samples = setup->slice_samples = setup->slice_parts = UNSET;
+    setup->chunk_samples = setup->slice_samples = setup->slice_parts = setup->ray_lanes = UNSET;
     setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = UNSET;
 }
 
@@ -133,6 +133,7 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"chunk_samples", &setup->chunk_samples, VW_FIELD_GROUP, MOST},
         {"slice_samples", &setup->slice_samples, 128, VW_FIELD_GROUP},
         {"slice_parts", &setup->slice_parts, 1, 64},
+        {"ray_lanes", &setup->ray_lanes, 1, 32},
         {"grid_texel", &setup->grid_texel, 0, 1},
         {"rows_texel", &setup->rows_texel, 0, 1},
         {"skip_zeros", &setup->skip_zeros, 0, 1},
@@ -172,6 +173,7 @@ static struct vw_device_choices choose(const struct setup *setup, const struct v
     if (setup->chunk_samples != UNSET) choices.chunk_samples = setup->chunk_samples;
     if (setup->slice_samples != UNSET) choices.slice_samples = setup->slice_samples;
     if (setup->slice_parts != UNSET) choices.slice_parts = setup->slice_parts;
+    if (setup->ray_lanes != UNSET) choices.ray_lanes = setup->ray_lanes;
     if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
     if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
     if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
@@ -448,6 +450,7 @@ static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
     print_limits(vw_gpu_get_limits(gpu));
     printf("| chosen: chunk, slice, its parts | %" PRIu32 ", %" PRIu32 " samples, %" PRIu32 " |\n",
            choices.chunk_samples, choices.slice_samples, choices.slice_parts);
+    printf("| chosen: lanes of a ray | %" PRIu32 " |\n", choices.ray_lanes);
     printf("| chosen: scatter | %s%s |\n", scatter_names[choices.scatter],
            choices.skip_zeros ? ", zeros left out" : "");
     printf("| chosen: texel buffers for grid, rows | %s, %s |\n", choices.grid_texel ? "yes" : "no",

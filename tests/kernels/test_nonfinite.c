@@ -236,7 +236,8 @@ TEST(a_loss_that_is_not_finite_marks_the_step) {
     samples[0] = NAN; // a colour of the first ray
     for (int poisoned = 0; poisoned < 2; poisoned++) {
         step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-        step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
+        step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push,
+                            step_bench_lanes(bench, push.ray_count));
         assert_int_equal(is_marked(bench), poisoned); // seen by the passes that follow
         step_bench_write(bench, bench->step.samples, samples);
     }

@@ -216,6 +216,7 @@ TEST_CASES(the_choices_for_each_kind_train_the_same, i, VW_ARRAY_COUNT(kinds)) {
     for (uint32_t k = 0; k < ordinary->count; k++)
         assert_near(rounded->records[k].val_psnr, ordinary->records[k].val_psnr, 1e-3);
     choices.slice_samples = own.slice_samples, choices.slice_parts = own.slice_parts;
+    choices.ray_lanes = own.ray_lanes;
     struct test_run *same = run_clamped(scene, &config, NULL, &choices, 0);
     test_run_assert_same(same, ordinary);
 }

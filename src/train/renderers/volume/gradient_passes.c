@@ -96,7 +96,9 @@ void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_
                              struct vw_submission *submission, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
     const struct vw_field_chunk samples = {chunk, step->effect_buffers[VW_SLOT_KEPT]};
-    vw_submission_dispatch(submission, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
+    const struct vw_specialization *s = &gradient->specialization;
+    vw_submission_dispatch(submission, gradient->backward_rays, chunk, sizeof *chunk,
+                           (uint64_t)chunk->ray_count * (s->effect_transient ? 1 : s->ray_lanes));
     model->kind->record_backward(model, &gradient->field, submission, &samples);
 }
 

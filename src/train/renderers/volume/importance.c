@@ -46,7 +46,8 @@ void vw_importance_record(const struct vw_model *model, const struct vw_importan
     if (!importance->backward_rays) return;
     // Into the buffers of the step, which its own backward_rays overwrites: so the step's loss, and the gradients of
     // the sky and of what belongs to photos, are those of the placed samples.
-    vw_submission_dispatch(submission, importance->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
+    vw_submission_dispatch(submission, importance->backward_rays, chunk, sizeof *chunk,
+                           (uint64_t)chunk->ray_count * model->specialization.ray_lanes);
     model->kind->record_backward(model, &importance->even, submission, &samples);
 }
 

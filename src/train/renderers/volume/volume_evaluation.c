@@ -69,7 +69,8 @@ static void record_rays(const struct vw_evaluator *evaluator, struct vw_submissi
         vw_importance_record(model, &evaluator->importance, submission, &push);
         model->kind->record_forward(model, &evaluator->passes, submission, &(struct vw_field_chunk){.rays = &push});
         push.ray_count = rays;
-        vw_submission_dispatch(submission, evaluator->composite, &push, sizeof push, rays);
+        vw_submission_dispatch(submission, evaluator->composite, &push, sizeof push,
+                               (uint64_t)rays * model->specialization.ray_lanes);
     }
 }
 
