@@ -76,7 +76,7 @@ typedef uint32_t vw_uint;
     X(89, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */ \
     X(90, SLICE_PARTS, slice_parts, uint, 1)       /* lanes of gradient_weights that share a slice: 1 to 64, a power of two */ \
     X(91, EFFECT_UNCERTAINTY, effect_uncertainty, uint, 0) \
-    X(92, RAY_LANES, ray_lanes, uint, 1)           /* that share a ray in compositing and its way back: 1 to 32, a power of two */
+    X(92, RAY_LANES, ray_lanes, uint, 1)           /* that share a ray and its samples: 1 to 32, a power of two */
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
