@@ -75,7 +75,8 @@ typedef uint32_t vw_uint;
     X(88, EFFECT_APPEARANCE_ENCODER, effect_appearance_encoder, uint, 0) \
     X(89, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */ \
     X(90, SLICE_PARTS, slice_parts, uint, 1)       /* lanes of gradient_weights that share a slice: 1 to 64, a power of two */ \
-    X(91, EFFECT_UNCERTAINTY, effect_uncertainty, uint, 0)
+    X(91, EFFECT_UNCERTAINTY, effect_uncertainty, uint, 0) \
+    X(92, RAY_LANES, ray_lanes, uint, 1)           /* that share a ray and its samples: 1 to 32, a power of two */
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
@@ -119,6 +120,7 @@ struct vw_specialization {
     uint effect_appearance_encoder, encoder_column;
     uint slice_parts;
     uint effect_uncertainty;
+    uint ray_lanes;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -306,9 +308,10 @@ struct vw_ray {
 };
 
 struct vw_step_state {
-    vw_uint nonfinite;   // not 0: the step must be skipped
+    vw_uint nonfinite;   // not 0: the step must be skipped; 0 again once reduce_loss has read it, as the next
     vw_uint clamped;     // gradient contributions clamped
     vw_uint view;        // the photo of the step, for the effects that have params of its own
+    vw_uint skipped;     // not 0: the step that reduce_loss reported last was skipped, or what has been cleared since was not finite
 };
 
 // A photo's gain and bias: it shows colours as (1 + gain) * colour + bias, per channel. All 0: no change. w is unused.
@@ -497,7 +500,8 @@ struct vw_push_refresh {     // refresh_occupancy
 };
 struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_sky, reduce_visibility
     vw_uint count;           // rays; views; groups of rays
-    vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views, gradient_sky and reduce_visibility have none
+    vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views, gradient_sky and reduce_visibility have none.
+                             // VW_NO_ROW: reduce_loss only clears the flags
 };
 struct vw_push_update {      // update_grid, update_weights, fit_photo, update_code, update_visibility, update_transient, update_pose
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
@@ -561,6 +565,7 @@ VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the 
 VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
 VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_ALL_VIEWS, 0x7fffffff) // in place of a view's index
+VW_ENUM(VW_NO_ROW, 0x7fffffff)    // in place of a row of the scalars
 VW_ENUM(VW_ADJOINT_GROUPS, 128)    // workgroups of direct_adjoint and multiply_blocks, whose partial sums reduce_adjoint adds
 VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
 VW_ENUM(VW_PEAK_TRIPS, 128)   // trips of the loop in multiply_registers

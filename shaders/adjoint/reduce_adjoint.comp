@@ -20,5 +20,5 @@ void main() {
         square += sums[2u * i + 1u].xyz;
     }
     adjoint.epsilon = square.x > 0.0 ? STRIDE * sqrt(square.y / square.x) : 0.0;
-    scalars[push.scalar_row] = vec4(credit, sqrt(square.z), state.nonfinite == 0u ? 0.0 : 1.0);
+    scalars[push.scalar_row] = vec4(credit, sqrt(square.z), state.skipped == 0u ? 0.0 : 1.0);
 }

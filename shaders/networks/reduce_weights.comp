@@ -20,13 +20,19 @@ uint first_column() { return 0u; }
 uint sample_count() { return EFFECT_OCCUPANCY != 0u ? kept.slots : push.ray_count * SAMPLES; }
 #endif
 
+const uint AHEAD = 8u; // loads under way at a time: they take longer than the sums, which wait for each other
+
 void main() {
     uint column = invocation_index();
     if (column >= COLUMNS) return;
     uint to = first_column() + column;
     vec4 sum = push.first_ray == 0u ? vec4(0.0) : d_weights[to];
     uint slices = sample_count() / SLICE_SAMPLES;
-    for (uint slice = 0u; slice < slices; slice++) sum += partials[slice * COLUMNS + column];
+    for (uint slice = 0u; slice < slices; slice += AHEAD) {
+        vec4 next[AHEAD];
+        [[unroll]] for (uint i = 0u; i < AHEAD; i++) next[i] = partials[min(slice + i, slices - 1u) * COLUMNS + column];
+        [[unroll]] for (uint i = 0u; i < AHEAD; i++) sum += mix(vec4(0.0), next[i], bvec4(slice + i < slices));
+    }
     d_weights[to] = sum;
     if (!finite(sum)) atomicOr(state.nonfinite, 1u);
 }

@@ -12,19 +12,13 @@ BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance
 BUFFER(VW_SLOT_POSES) readonly buffer Poses { vw_pose poses[]; };
 BUFFER(VW_SLOT_RAYS) writeonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_STEP_STATE) writeonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow[]; };
 PUSH uniform Push { vw_push_rays push; };
 
 void main() {
     uint index = invocation_index();
-    if (index == 0u) { // a step begins here
-        state.nonfinite = 0u;
-        state.clamped = 0u;
-        if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u || EFFECT_APPEARANCE_ENCODER != 0u ||
-            EFFECT_VISIBILITY != 0u || EFFECT_TRANSIENT != 0u || EFFECT_POSE != 0u)
-            state.view = pixels[push.first_pixel].view;
-    }
-    if (index < overflow.length() / VW_OVERFLOW_STRIDE) overflow[index * VW_OVERFLOW_STRIDE] = 0u;
+    if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u || EFFECT_APPEARANCE_ENCODER != 0u ||
+        EFFECT_VISIBILITY != 0u || EFFECT_TRANSIENT != 0u || EFFECT_POSE != 0u)
+        if (index == 0u) state.view = pixels[push.first_pixel].view;
     if (index >= rays.length()) return;
     vw_pixel pixel = pixels[push.first_pixel + min(index, push.ray_count - 1u)];
     vw_gpu_camera camera = cameras[pixel.view];

@@ -24,6 +24,8 @@ uint32_t vw_submission_commands(const struct vw_submission *submission) { return
 
 uint32_t vw_submission_barriers(const struct vw_submission *submission) { return submission->list.barrier_count; }
 
+const struct vw_command_list *vw_submission_list(const struct vw_submission *submission) { return &submission->list; }
+
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
 // Keeps a failure just recorded with vw_fail() for vw_submission_submit(); VW_OK leaves the submission as it is.

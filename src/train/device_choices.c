@@ -13,12 +13,13 @@ static const struct vw_device_choices of_cpus = {
     .rows_texel = true,
     .slice_samples = 128,
     .slice_parts = 1,
+    .ray_lanes = 1,
 };
 
 // Measured on an H200 (src/lab/results/gpu.md): a chunk fills a large one; equal addresses contend, those of padding
 // and of empty space above all; loads of storage buffers are as fast as texels, which take the way of textures; fewer
 // slices make the serial sum over them shorter, and their parts keep more lanes busy. Large ones waited for the host,
-// most of whose time went into drawing pixels.
+// most of whose time went into drawing pixels. Unmeasured: lanes that share a ray, of which a step has few.
 static const struct vw_device_choices of_gpus = {
     .chunk_samples = 1 << 18,
     .scatter = SCATTER_ATOMICS,
@@ -26,6 +27,7 @@ static const struct vw_device_choices of_gpus = {
     .draws_pixels = true,
     .slice_samples = 256,
     .slice_parts = 8,
+    .ray_lanes = 32,
 };
 
 void vw_device_choose(const struct vw_gpu_info *info, struct vw_device_choices *choices) {

@@ -22,6 +22,7 @@ struct vw_device_choices {
     bool grid_texel, rows_texel;  // gathered through texel buffers rather than storage buffers
     bool draws_pixels;            // draws pixels of steps on the device, from photos kept there if they fit
     uint32_t slice_parts;         // lanes that share a slice, a power of two up to 64; changes the last bits
+    uint32_t ray_lanes;           // lanes that share a ray, a power of two up to 32; changes the last bits
     uint32_t slice_samples; // per partial sum of the weights' gradient: VW_FIELD_GROUP or a part; changes the last bits
 };
 

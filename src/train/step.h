@@ -37,7 +37,8 @@ void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submi
 // (0 in every run).
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            uint32_t first_pixel, float extra);
-// Records the last part: the step's loss and flags, to scalars[scalar_row].
+// Records the last part: the step's loss and flags, to scalars[scalar_row]. It clears the flags, which the gradients of
+// the next step need; whoever records gradients that are not a step's calls it with VW_NO_ROW.
 void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t first_pixel,
                          uint32_t scalar_row);
 

@@ -65,6 +65,9 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
                               struct vw_submission *submission, const struct vw_push_samples *chunk);
+// Creates the pass that makes its rays. It waits for the flags of the step before only where it writes the photo there.
+enum vw_status vw_gradient_create_generate(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                           const struct vw_pass_params *common, struct vw_gradient_passes *gradient);
 // Creates those of its passes that follow the last chunk, with these params.
 enum vw_status vw_gradient_create_ends(const struct vw_model *model, struct vw_gpu_objects *objects,
                                        const struct vw_pass_params *common, struct vw_gradient_passes *gradient);

@@ -8,6 +8,7 @@
 //
 // scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
 // the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
+// --occupancy lists the dispatches of a step with validation, and which of them run beside each other.
 #include <inttypes.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -19,6 +20,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "gpu/command_list.h"
 #include "gpu/compute.h"
 #include "interface.h"
 #include "support/synthetic_scene.h"
@@ -30,10 +32,10 @@
 
 static const char USAGE[] =
     "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
-    "       --describe | --host] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
+    "       --describe | --host | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
-    "forced: chunk_samples slice_samples slice_parts grid_texel rows_texel skip_zeros draws_pixels\n"
+    "forced: chunk_samples slice_samples slice_parts ray_lanes grid_texel rows_texel skip_zeros draws_pixels\n"
     "        scatter (0: atomics, 1: split, 2: walk)\n";
 
 enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kind of device
@@ -45,12 +47,14 @@ struct setup {
     uint32_t steps, rounds;      // steps are spread over the rounds, each with trainers of its own
     uint32_t together;           // trainings that share their submissions; times are per step and training
     uint32_t batch;              // steps of one
-    uint32_t chunk_samples, slice_samples, slice_parts, grid_texel, rows_texel, skip_zeros, draws_pixels, scatter;
+    uint32_t chunk_samples, slice_samples, slice_parts, ray_lanes, grid_texel, rows_texel, skip_zeros, draws_pixels,
+        scatter;
     bool profile;   // also prints the time of every pass
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
     bool describe;  // only the device
     bool host;      // only what a step takes of the host
+    bool occupancy; // only lists the dispatches of a step
 };
 
 enum { ROUNDS_MAX = 64 };
@@ -76,7 +80,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->together = 1;
     setup->real.downscale = 1;
     setup->batch = 8;
-    setup->chunk_samples = setup->slice_samples = setup->slice_parts = UNSET;
+    setup->chunk_samples = setup->slice_samples = setup->slice_parts = setup->ray_lanes = UNSET;
     setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->draws_pixels = setup->scatter = UNSET;
 }
 
@@ -99,6 +103,7 @@ static bool set_flag(struct setup *setup, const char *word) {
     else if (!strcmp(word, "--bits")) setup->bits = true;
     else if (!strcmp(word, "--describe")) setup->describe = true;
     else if (!strcmp(word, "--host")) setup->host = true;
+    else if (!strcmp(word, "--occupancy")) setup->occupancy = true;
     else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
     else if (!strcmp(word, "--splats")) choose_splats(setup);
     else if (!strncmp(word, "scene=", 6)) setup->real.path = word + 6;
@@ -133,6 +138,7 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"chunk_samples", &setup->chunk_samples, VW_FIELD_GROUP, MOST},
         {"slice_samples", &setup->slice_samples, 128, VW_FIELD_GROUP},
         {"slice_parts", &setup->slice_parts, 1, 64},
+        {"ray_lanes", &setup->ray_lanes, 1, 32},
         {"grid_texel", &setup->grid_texel, 0, 1},
         {"rows_texel", &setup->rows_texel, 0, 1},
         {"skip_zeros", &setup->skip_zeros, 0, 1},
@@ -173,6 +179,7 @@ static struct vw_device_choices choose(const struct setup *setup, const struct v
     if (setup->chunk_samples != UNSET) choices.chunk_samples = setup->chunk_samples;
     if (setup->slice_samples != UNSET) choices.slice_samples = setup->slice_samples;
     if (setup->slice_parts != UNSET) choices.slice_parts = setup->slice_parts;
+    if (setup->ray_lanes != UNSET) choices.ray_lanes = setup->ray_lanes;
     if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
     if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
     if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
@@ -447,6 +454,61 @@ static enum vw_status print_bits(struct vw_gpu *gpu, const struct vw_scene *scen
     return status;
 }
 
+// ---- Occupancy ------------------------------------------------------------------------------------------------------
+
+static void print_dispatch(const struct vw_command *command, uint64_t stage, int step) {
+    static const char *const steps[] = {"the one before", "this", "the next"};
+    const struct vw_pass *pass = command->pass;
+    const struct vw_workgroups *groups = &command->groups;
+    const uint64_t count = (uint64_t)groups->x * groups->y;
+    const char *whose = step < -1 || step > 1 ? "another" : steps[step + 1];
+    printf("| %" PRIu64 " | %s | %s | %s | ", stage, pass ? pass->name : "copy", pass && pass->role ? pass->role : "",
+           whose);
+    if (!pass) printf("| | |\n");
+    else if (groups->listed) printf("by the device | | |\n");
+    else
+        printf("%" PRIu64 " | %" PRIu64 " | %" PRIu64 " |\n", count, count * pass->workgroup_invocations,
+               count * ((pass->workgroup_invocations + 31) / 32));
+}
+
+static uint64_t stage_of(const struct vw_command_list *list, size_t number) {
+    size_t i = 0;
+    while (list->commands[i].number != number) i++;
+    return list->commands[i].stage;
+}
+
+// Prints the stages from the one in which a step in the middle of a submission begins up to the one of the next step.
+static void print_stages(const struct vw_command_list *list, uint32_t steps) {
+    const size_t per_step = list->count / steps, first = steps / 2 * per_step;
+    const uint64_t begin = stage_of(list, first), end = stage_of(list, first + per_step);
+    printf(
+        "| stage | pass | role | of step | workgroups | invocations | warps of 32 |\n|---|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < list->count; i++) {
+        const struct vw_command *command = &list->commands[i];
+        if (command->stage >= begin && command->stage < end)
+            print_dispatch(command, command->stage - begin, (int)(command->number / per_step) - (int)(steps / 2));
+    }
+    printf("\ncommands %zu barriers %" PRIu64 " per step; %.2f in %" PRIu32 " steps of a submission\n", per_step,
+           end - begin, (double)list->barrier_count / steps, steps);
+}
+
+// Prints what a step occupies in the second submission, since the steps of one overlap.
+static enum vw_status print_occupancy(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
+    struct setup alone = *setup;
+    struct group group = {0};
+    uint32_t count;
+    alone.together = 1;
+    if (alone.batch < 4) alone.batch = 4;
+    enum vw_status status = open_group(gpu, scene, &alone, true, &group);
+    if (status == VW_OK) status = advance(&group, &count);
+    const struct vw_command_list *list = status ? NULL : vw_submission_list(group.submissions->submissions[1]);
+    if (list && list->count % alone.batch)
+        status = vw_fail(VW_ERROR_USAGE, "--occupancy: the steps of a submission differ; give another batch=");
+    else if (list) print_stages(list, alone.batch);
+    close_group(&group);
+    return status;
+}
+
 // ---- The device -----------------------------------------------------------------------------------------------------
 
 static void print_limits(const struct vw_gpu_limits *l) {
@@ -473,6 +535,7 @@ static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
     print_limits(vw_gpu_get_limits(gpu));
     printf("| chosen: chunk, slice, its parts | %" PRIu32 ", %" PRIu32 " samples, %" PRIu32 " |\n",
            choices.chunk_samples, choices.slice_samples, choices.slice_parts);
+    printf("| chosen: lanes of a ray | %" PRIu32 " |\n", choices.ray_lanes);
     printf("| chosen: scatter | %s%s |\n", scatter_names[choices.scatter],
            choices.skip_zeros ? ", zeros left out" : "");
     printf("| chosen: pixels drawn on the device | %s |\n", choices.draws_pixels ? "yes" : "no");
@@ -506,10 +569,11 @@ static enum vw_status run(const struct setup *setup) {
     if (status == VW_OK && setup->real.path) status = vw_scene_decode_all(scene);
     if (status == VW_OK) status = vw_gpu_open(&params, &gpu);
     if (status == VW_OK)
-        status = setup->describe ? describe(gpu, setup)
-                 : setup->bits   ? print_bits(gpu, scene, setup)
-                 : setup->host   ? print_host(gpu, scene, setup)
-                                 : measure(gpu, scene, setup);
+        status = setup->describe    ? describe(gpu, setup)
+                 : setup->bits      ? print_bits(gpu, scene, setup)
+                 : setup->host      ? print_host(gpu, scene, setup)
+                 : setup->occupancy ? print_occupancy(gpu, scene, setup)
+                                    : measure(gpu, scene, setup);
     if (status == VW_OK && setup->pipelines) fputs(vw_gpu_pipeline_statistics(gpu), stdout);
     vw_scene_close(&scene);
     enum vw_status closed = vw_gpu_close(&gpu);

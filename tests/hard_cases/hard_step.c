@@ -28,7 +28,7 @@ struct hard_state hard_state_read(struct step_bench *bench) {
     struct hard_state state = {.grid = grid_read(bench),
                                .weight_moments = step_bench_read(bench, bench->step.weight_moments),
                                .scalars = scalars[0],
-                               .skipped = flags->nonfinite != 0};
+                               .skipped = flags->skipped != 0};
     return state;
 }
 

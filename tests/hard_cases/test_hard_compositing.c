@@ -95,8 +95,9 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
     step_bench_write(bench, bench->step.samples, in.field);
     step_bench_write(bench, evaluator->rays, in.ray);
     step_bench_write(bench, evaluator->samples, in.field);
-    step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
-    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, push.ray_count);
+    step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push,
+                        step_bench_lanes(bench, push.ray_count));
+    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, step_bench_lanes(bench, push.ray_count));
     vw_float4 *colours = step_bench_read(bench, evaluator->colours),
               *d_field = step_bench_read(bench, bench->step.d_samples);
     for (uint32_t ray = 0; ray < in.rays; ray++) {

@@ -83,16 +83,19 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
     step_bench_write(bench, training ? bench->step.ray_buffer : evaluator->rays, rays);
     step_bench_write(bench, training ? bench->step.samples : evaluator->samples, field);
     step_bench_dispatch(bench, training ? bench->step.gradient.importance.place : evaluator->importance.place, &push,
-                        sizeof push, push.ray_count);
+                        sizeof push, step_bench_lanes(bench, push.ray_count));
     float *device = step_bench_read(bench, places);
     for (uint32_t ray = 0; ray < push.ray_count; ray++)
         check_ray(finding, &s, ray, &taus[ray * s.strata], push.key, &device[ray * s.samples]);
 }
 
+// Shares rays among no lanes, a few, and more than there are strata and samples.
 static void place(struct hard_finding *finding, thickness *medium) {
-    for (int unbounded = 0; unbounded < 2; unbounded++) {
+    static const uint32_t lanes[] = {1, 1, 2, 4, 32};
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(lanes); i++) {
         struct step_case bounds = setup;
-        bounds.effects = unbounded ? "unbounded" : NULL;
+        bounds.effects = i % 2 ? "unbounded" : NULL;
+        bounds.ray_lanes = lanes[i];
         struct step_bench *bench = step_bench_open(&bounds);
         check_placing(finding, bench, medium, true);
         check_placing(finding, bench, medium, false);
@@ -121,6 +124,7 @@ static void whole_steps(struct hard_finding *finding) {
         whole.samples = unbounded ? 8 : 40; // groups of rays are smaller than a step; fewer and more than the others
         whole.importance_samples = 20;
         whole.effects = unbounded ? "unbounded" : NULL;
+        whole.ray_lanes = unbounded ? 1 : 16;
         struct step_bench *bench = step_bench_open(&whole);
         hard_check_rendering(finding, bench);
         hard_check_step(finding, bench, STEP);

@@ -115,7 +115,7 @@ static void strata_of_any_lengths(struct hard_finding *finding) {
     }
     step_bench_write(bench, evaluator->rays, rays);
     step_bench_write(bench, evaluator->samples, field);
-    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, push.ray_count);
+    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, step_bench_lanes(bench, push.ray_count));
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
     for (uint32_t i = 0; i < RAYS; i++) {
         double left = exp(-thickness[i]);

@@ -90,13 +90,15 @@ TEST(windows_of_the_grid_change_no_bit) {
     }
 }
 
-// All choices but the length and the parts of slices give equal bits: without texels, and with a branch around zeros.
+// All choices but the length and the parts of slices, and the lanes of rays, give equal bits: without texels, and with
+// a branch around zeros.
 TEST_CASES(the_choices_for_gpus_change_no_bit, i, VW_ARRAY_COUNT(setups)) {
     struct step_case on_gpus = *setups[i];
     struct vw_device_choices own;
     vw_device_choose(vw_gpu_get_info(test_gpu()), &own);
     on_gpus.as_on_gpus = true;
     on_gpus.slice_samples = own.slice_samples, on_gpus.slice_parts = own.slice_parts;
+    on_gpus.ray_lanes = own.ray_lanes;
     struct step_bench *bench = step_bench_open(&on_gpus);
     const struct vw_specialization *s = &bench->model.specialization;
     assert_true(s->skip_zeros && !s->grid_texel && !s->rows_texel);

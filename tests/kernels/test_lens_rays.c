@@ -86,8 +86,7 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_CAMERAS, .buffer = buffers[0]}, {.slot = VW_SLOT_PIXELS, .buffer = buffers[1]},
         {.slot = VW_SLOT_RAYS, .buffer = buffers[2]},    {.slot = VW_SLOT_STEP_STATE, .buffer = buffers[3]},
-        {.slot = VW_SLOT_POSES, .unused = true},         {.slot = VW_SLOT_OVERFLOW, .unused = true},
-        {.slot = VW_SLOT_APPEARANCE, .unused = true}};
+        {.slot = VW_SLOT_POSES, .unused = true},         {.slot = VW_SLOT_APPEARANCE, .unused = true}};
     const struct vw_pass_params params = {.shader = &vw_shader_generate_rays,
                                           .specialization = words,
                                           .specialization_count = VW_SPECIALIZATION_COUNT,

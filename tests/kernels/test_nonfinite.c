@@ -83,7 +83,7 @@ TEST_CASES(a_poisoned_step_is_flagged_and_changes_nothing, i, VW_ARRAY_COUNT(poi
     }
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     uint32_t *scalars = step_bench_read(bench, bench->scalars);
-    if (!flags->nonfinite || !scalars[2])
+    if (!flags->skipped || !scalars[2])
         fail_msg("%s: %g in matrix %d did not flag the step", bench->where, poisons[i].value, poisons[i].matrix);
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
     for (uint64_t j = 0; j < vw_buffer_size_bytes(bench->step.d_grid) / 8; j++) assert_int_equal(words[j], 0);
@@ -236,7 +236,8 @@ TEST(a_loss_that_is_not_finite_marks_the_step) {
     samples[0] = NAN; // a colour of the first ray
     for (int poisoned = 0; poisoned < 2; poisoned++) {
         step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-        step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
+        step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push,
+                            step_bench_lanes(bench, push.ray_count));
         assert_int_equal(is_marked(bench), poisoned); // seen by the passes that follow
         step_bench_write(bench, bench->step.samples, samples);
     }
@@ -258,6 +259,24 @@ TEST(the_row_of_a_step_tells_what_is_not_finite) {
         step_bench_dispatch(bench, bench->step.reduce_loss, &push, sizeof push, 1);
         vw_float4 *scalars = step_bench_read(bench, bench->scalars);
         assert_true(scalars[1].z == (poisoned ? 1.0f : 0.0f));
+        assert_false(is_marked(bench)); // the next step begins anew
+        assert_int_equal(step_bench_take_overflows(bench), 0);
+    }
+}
+
+// Passes that do not belong to a step leave a mark for reduce_adjoint, but none for the next step.
+TEST(flags_are_cleared_without_a_row) {
+    struct step_bench *bench = step_bench_open(&setup);
+    const struct vw_step_state marked = {.nonfinite = 1, .clamped = 5, .view = 3}, clean = {0};
+    const uint32_t rows[] = {VW_NO_ROW, VW_NO_ROW, 0};
+    for (int i = 0; i < 3; i++) { // the second and the third find no mark
+        if (i != 1) step_bench_write(bench, bench->field.step_state, i ? &clean : &marked);
+        vw_submission_begin(bench->submission);
+        vw_step_record_loss(&bench->step, bench->submission, 0, rows[i]);
+        step_bench_submit(bench);
+        const struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+        assert_true(flags->nonfinite == 0 && flags->clamped == 0 && flags->view == (i < 2 ? 3 : 0));
+        assert_int_equal(flags->skipped, i < 2);
     }
 }
 

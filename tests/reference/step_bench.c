@@ -65,6 +65,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
                            : vw_model_pad_rays(&bench->model, bench->config.rays) * bench->model.ray_samples;
     if (c->slice_samples) s->slice_samples = c->slice_samples;
     if (c->slice_parts) s->slice_parts = c->slice_parts;
+    if (c->ray_lanes) s->ray_lanes = c->ray_lanes;
     s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
                                           vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
@@ -252,6 +253,10 @@ void step_bench_submit(struct step_bench *bench) {
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number) {
     return (struct vw_push_samples){.ray_count = bench->step.padded_rays,
                                     .key = vw_model_key_of_step(&bench->model, number)};
+}
+
+uint64_t step_bench_lanes(const struct step_bench *bench, uint32_t rays) {
+    return (uint64_t)rays * bench->model.specialization.ray_lanes;
 }
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {

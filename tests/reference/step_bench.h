@@ -31,19 +31,19 @@ struct step_case {
     enum vw_loss loss;
     double huber_length; // 0: the default
     enum vw_optimizer optimizer;
-    double learning_rate;                // [0.003]
-    double beta1, beta2;                 // [0], [0.99]
-    const char *effects;                 // [none] as --effects lists them; with occupancy every other cell is empty
-    const char *another_effect;          // [none] what a program adds to all of its cases
-    bool random_background;              // the form of the effect background
-    double beta_min;                     // for transient [0.1]
-    double consistency_weight;           // with appearance_encoder [0]
-    bool wide;                           // 64-bit gradient words
-    bool half_grid;                      // --table-precision float16
-    enum vw_scatter_form scatter;        // [SCATTER_ATOMICS], whatever the device
-    bool as_on_gpus;                     // the other choices as on GPUs (src/train/device_choices.c)
-    uint32_t slice_samples, slice_parts; // [by these choices]
-    float grid_scale;                    // the grid is uniform in +-this [0.5]
+    double learning_rate;         // [0.003]
+    double beta1, beta2;          // [0], [0.99]
+    const char *effects;          // [none] as --effects lists them; with occupancy every other cell is empty
+    const char *another_effect;   // [none] what a program adds to all of its cases
+    bool random_background;       // the form of the effect background
+    double beta_min;              // for transient [0.1]
+    double consistency_weight;    // with appearance_encoder [0]
+    bool wide;                    // 64-bit gradient words
+    bool half_grid;               // --table-precision float16
+    enum vw_scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
+    bool as_on_gpus;              // the other choices as on GPUs (src/train/device_choices.c)
+    uint32_t slice_samples, slice_parts, ray_lanes; // [by these choices]
+    float grid_scale;                               // the grid is uniform in +-this [0.5]
     float weight_scale; // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
     uint32_t chunk_samples; // [the whole step in one chunk]
 };
@@ -95,6 +95,8 @@ void step_bench_check_skipped(struct step_bench *bench, uint64_t number);
 // Runs one pass.
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations);
+// Returns the invocations of a pass in which the model's lanes share a ray.
+uint64_t step_bench_lanes(const struct step_bench *bench, uint32_t rays);
 // Runs what a test recorded in bench->submission.
 void step_bench_submit(struct step_bench *bench);
 // Returns how many passes have met a param that would not be finite, since the flags were cleared last; clears them.

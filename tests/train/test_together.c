@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "gpu/command_list.h"
 #include "gpu/hazard.h"
 #include "gpu/pipeline.h"
 #include "support/trainer_fixture.h"
@@ -164,6 +165,47 @@ TEST(barriers_are_those_of_one) {
         print_message("%u together: %.2f commands, %.2f barriers per step of all\n", together, commands, barriers);
         assert_float_equal(commands, together * commands_alone, 0);
         assert_float_equal(barriers, barriers_alone, 0);
+    }
+}
+
+// Returns the stage of a pass in step `step`, from 0, of the second submission, whose steps have equal commands.
+static uint64_t stage_of(const struct vw_command_list *list, uint32_t step, const char *pass, const char *role) {
+    uint32_t per_step = (uint32_t)list->count / STEPS_PER_SUBMISSION;
+    for (size_t i = 0; i < list->count; i++) {
+        const struct vw_command *command = &list->commands[i];
+        const char *own = command->pass->role ? command->pass->role : "";
+        if (command->number / per_step == step && !strcmp(vw_pass_name(command->pass), pass) && !strcmp(own, role))
+            return command->stage;
+    }
+    fail_msg("no %s %s in step %u", role, pass, step);
+    return 0;
+}
+
+// A step waits for no validation of the step before; nor do its own passes wait for each other in vain.
+TEST(the_next_step_begins_beside_validation) {
+    static const struct {
+        const char *effects; // which need no photo
+        uint32_t stages;
+    } cases[] = {{"none", 8}, {"sky", 9}};
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        const size_t before = test_owned();
+        struct group group = {.scene = test_scene(), .config = test_config(), .submissions = open_submissions()};
+        const struct vw_step_record *records;
+        uint32_t count;
+        strcpy(group.config.effects, cases[c].effects);
+        group.config.importance_samples = group.config.samples;
+        const struct member member = {.seed = 1, .epochs = 10};
+        struct vw_trainer *trainer = open_member(&group, &member, STEPS_PER_SUBMISSION, group.submissions);
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
+        const struct vw_command_list *list = vw_submission_list(group.submissions->submissions[1]);
+        for (uint32_t step = 1; step + 1 < STEPS_PER_SUBMISSION; step++) {
+            uint64_t end = stage_of(list, step, "forward_field", "even samples") + cases[c].stages;
+            assert_int_equal(stage_of(list, step, "reduce_loss", ""), end);
+            assert_int_equal(stage_of(list, step, "forward_field", "even samples, validation"), end);
+            assert_int_equal(stage_of(list, step + 1, "forward_field", "even samples"), end);
+            assert_int_equal(stage_of(list, step, "scatter_grid", ""), stage_of(list, step, "gradient_weights", ""));
+        }
+        test_release_to(before);
     }
 }
 

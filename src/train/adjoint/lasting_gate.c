@@ -26,6 +26,8 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
             bool scaled = vw_photo_order_view_of_step(context->photo_order, step) == view;
             vw_step_record_gradients(context->step, lasting->replay.submission, step, pixel);
             vw_step_record_update(context->step, lasting->replay.submission, step, pixel, scaled ? extra : 0.0f);
+            vw_step_record_loss(context->step, lasting->replay.submission, pixel,
+                                vw_step_replay_row(&lasting->replay, i));
             if (vw_lasting_is_state(lasting, step))
                 vw_validation_record(context->validation, lasting->replay.submission,
                                      vw_step_replay_row(&lasting->replay, i));

@@ -40,6 +40,13 @@ bool vw_effects_see_photos(const struct vw_model *model) {
     return found;
 }
 
+bool vw_effects_know_photos(const struct vw_model *model) {
+    bool found = false;
+    for (uint32_t i = 0; i < model->effect_count; i++)
+        found |= model->effects[i]->sees_photos || model->effects[i]->update;
+    return found;
+}
+
 struct vw_specialization vw_effects_specialise_validation(const struct vw_model *model) {
     struct vw_specialization specialization = model->specialization;
     specialization.training = 0;

@@ -16,6 +16,8 @@ bool vw_effects_are_of_rays(const struct vw_model *model, const struct vw_specia
 bool vw_effects_fit(const struct vw_model *model);
 // Returns whether validation sees a view by the view's photo.
 bool vw_effects_see_photos(const struct vw_model *model);
+// Returns whether passes of a step read which photo it is on, of vw_step_state.
+bool vw_effects_know_photos(const struct vw_model *model);
 // Returns the model's specialization for validation and rendering, without the effects of training alone.
 struct vw_specialization vw_effects_specialise_validation(const struct vw_model *model);
 // Returns VW_ERROR_USAGE and names the effect when one is on that lasting credit cannot be computed with.

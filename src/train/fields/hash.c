@@ -323,9 +323,9 @@ static void record_backward(const struct vw_model *model, const struct vw_field_
                      offsetof(struct vw_kept, field_groups));
     dispatch_samples(passes, submission, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, parts * tiles,
                      offsetof(struct vw_kept, weight_groups));
+    vw_hash_record_scatter(model, passes, submission, chunk, samples); // first, so that it runs beside gradient_weights
     vw_submission_dispatch(submission, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays,
                            own_columns(model));
-    vw_hash_record_scatter(model, passes, submission, chunk, samples);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------

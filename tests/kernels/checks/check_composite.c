@@ -138,7 +138,7 @@ void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
     step_bench_write(bench, evaluator->rays, in.rays);
     step_bench_write(bench, evaluator->samples, in.field);
-    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, push.ray_count);
+    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, step_bench_lanes(bench, push.ray_count));
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
     for (uint32_t ray = 0; ray < in.ray_count; ray++) {
         struct reference reference;
@@ -289,7 +289,8 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
                             : NULL;
     for (uint32_t ray = 0; visibility && ray < in.ray_count; ray++) visibility[2 * ray] = visible_of(ray);
     if (visibility) step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY], visibility);
-    step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
+    step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push,
+                        step_bench_lanes(bench, push.ray_count));
     visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
                      ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY])
                      : NULL;

@@ -125,4 +125,6 @@ void check_reduce_loss(struct step_bench *bench, enum input_kind kind) {
                 SUM_TOLERANCE * (double)sum + rays * FLOAT_LEAST);
     assert_true(scalars[row].z == 0.0f);
     assert_true(scalars[row].w == 77.0f);
+    const struct vw_step_state *state = step_bench_read(bench, bench->field.step_state);
+    assert_int_equal(state->clamped, 0); // the next step begins anew
 }

@@ -51,9 +51,8 @@ enum vw_status vw_splats_create_evaluation(struct vw_evaluator *evaluator) {
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
-        {.slot = VW_SLOT_OVERFLOW, .unused = true},
     };
-    uint32_t count = 3;
+    uint32_t count = 2;
     vw_field_bind(field, false, bindings, &count);
     const struct vw_effect_buffers of_effects = {field->params, field->effect_buffers, NULL};
     vw_effects_bind(field->model, &of_effects, bindings, &count);

@@ -108,8 +108,7 @@ enum vw_status vw_splats_create_step_passes(struct vw_step_passes *step) {
     vw_step_bind(step, bindings, &count); // its first binding is the one of flags
     const struct vw_pass_params common = vw_pass_params_of(&model->specialization, bindings, count, NULL);
     step->gradient = (struct vw_gradient_passes){.specialization = model->specialization};
-    enum vw_status status =
-        vw_pass_create_of(&step->objects, &common, &vw_shader_generate_rays, &step->gradient.generate);
+    enum vw_status status = vw_gradient_create_generate(model, &step->objects, &common, &step->gradient);
     if (!status) status = vw_gradient_create_ends(model, &step->objects, &common, &step->gradient);
     bindings[0] = vw_step_overflow_binding(step, VW_OVERFLOW_RENDERER);
     bindings[count++] = vw_splats_binding(step->field);

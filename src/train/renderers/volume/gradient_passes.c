@@ -39,6 +39,17 @@ static const struct vw_shader *backward_shader(const struct vw_model *model, con
     return effects ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays;
 }
 
+enum vw_status vw_gradient_create_generate(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                           const struct vw_pass_params *common, struct vw_gradient_passes *gradient) {
+    struct vw_binding bindings[VW_SLOT_COUNT];
+    struct vw_pass_params params = *common;
+    memcpy(bindings, common->bindings, common->binding_count * sizeof *bindings);
+    for (uint32_t i = 0; i < common->binding_count; i++)
+        if (bindings[i].slot == VW_SLOT_STEP_STATE) bindings[i].unused = !vw_effects_know_photos(model);
+    params.bindings = bindings;
+    return vw_pass_create_of(objects, &params, &vw_shader_generate_rays, &gradient->generate);
+}
+
 enum vw_status vw_gradient_create_ends(const struct vw_model *model, struct vw_gpu_objects *objects,
                                        const struct vw_pass_params *common, struct vw_gradient_passes *gradient) {
     enum vw_status status = VW_OK;
@@ -60,11 +71,11 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
                                                .common = vw_pass_params_of(specialization, bindings, count, NULL),
                                                .d_grid = step->d_grid,
                                                .backward = true};
-    const struct vw_pass_row passes[] = {
-        {&vw_shader_generate_rays, &gradient->generate},
-        {backward_shader(model, specialization, specialization->effect_transient), &gradient->backward_rays},
-    };
-    enum vw_status status = vw_passes_create(objects, &field.common, passes, VW_ARRAY_COUNT(passes));
+    enum vw_status status = vw_gradient_create_generate(model, objects, &field.common, gradient);
+    if (!status)
+        status = vw_pass_create_of(objects, &field.common,
+                                   backward_shader(model, specialization, specialization->effect_transient),
+                                   &gradient->backward_rays);
     if (!status) status = vw_gradient_create_ends(model, objects, &field.common, gradient);
     // Slopes that are given are of the field's colours.
     const struct vw_shader *coarse =
@@ -85,7 +96,9 @@ void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_
                              struct vw_submission *submission, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
     const struct vw_field_chunk samples = {chunk, step->effect_buffers[VW_SLOT_KEPT]};
-    vw_submission_dispatch(submission, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
+    const struct vw_specialization *s = &gradient->specialization;
+    vw_submission_dispatch(submission, gradient->backward_rays, chunk, sizeof *chunk,
+                           (uint64_t)chunk->ray_count * (s->effect_transient ? 1 : s->ray_lanes));
     model->kind->record_backward(model, &gradient->field, submission, &samples);
 }
 

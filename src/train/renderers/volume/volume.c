@@ -67,6 +67,7 @@ static void specialise_for_device(const struct vw_device_choices *choices, const
     s->skip_zeros = choices->skip_zeros;
     s->slice_samples = choices->slice_samples;
     s->slice_parts = choices->slice_parts;
+    s->ray_lanes = choices->ray_lanes;
     uint64_t rows = model->row_count > model->head_row_count ? model->row_count : model->head_row_count;
     s->rows_texel = choices->rows_texel && VW_ROWS_SIZE(rows, s->chunk_samples) <= limits->texel_elements;
 }

@@ -33,9 +33,8 @@ static enum vw_status create_passes(struct vw_evaluator *evaluator) {
         {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples},
         {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
         {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = evaluator->places, .unused = !evaluator->places},
-        {.slot = VW_SLOT_OVERFLOW, .unused = true},
     };
-    uint32_t count = 6;
+    uint32_t count = 5;
     vw_field_bind(evaluator->field, false, bindings, &count);
     const struct vw_effect_buffers of_effects = {evaluator->field->params, evaluator->field->effect_buffers, NULL};
     vw_effects_bind(model, &of_effects, bindings, &count);
@@ -70,7 +69,8 @@ static void record_rays(const struct vw_evaluator *evaluator, struct vw_submissi
         vw_importance_record(model, &evaluator->importance, submission, &push);
         model->kind->record_forward(model, &evaluator->passes, submission, &(struct vw_field_chunk){.rays = &push});
         push.ray_count = rays;
-        vw_submission_dispatch(submission, evaluator->composite, &push, sizeof push, rays);
+        vw_submission_dispatch(submission, evaluator->composite, &push, sizeof push,
+                               (uint64_t)rays * model->specialization.ray_lanes);
     }
 }
 
