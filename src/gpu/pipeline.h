@@ -1,5 +1,6 @@
-// Compiled pipelines. Passes of equal shader and constants share one, so that trainings of equal config, at the same
-// time or one after another, compile their shaders once. They live as long as the device.
+// Compiled pipelines. Passes share one whose shader is theirs and whose constants are, as far as the shader's code
+// refers to them; so trainings, at the same time or one after another, compile only where they differ. Pipelines live
+// as long as the device.
 #ifndef VIEWWORTH_GPU_PIPELINE_H
 #define VIEWWORTH_GPU_PIPELINE_H
 
@@ -12,7 +13,7 @@ struct vw_pipeline {
     VkPipeline handle;
     // private
     const struct vw_shader *shader;
-    uint32_t *constants, constant_count; // owned
+    uint32_t *constants, constant_count; // owned; 0 where the code does not refer to one
     struct vw_pipeline *next;            // list of the device's pipelines
 };
 
