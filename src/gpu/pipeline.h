@@ -1,6 +1,5 @@
-// Compiled pipelines. Passes share one whose shader is theirs and whose constants are, as far as the shader's code
-// refers to them; so trainings, at the same time or one after another, compile only where they differ. Pipelines live
-// as long as the device.
+// Compiled pipelines. Passes of equal shader share one if the constants that its code refers to are equal, so that
+// trainings, at the same time or one after another, compile only where they differ. They live as long as the device.
 #ifndef VIEWWORTH_GPU_PIPELINE_H
 #define VIEWWORTH_GPU_PIPELINE_H
 
