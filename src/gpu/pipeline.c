@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
 #include "gpu/debug.h"
@@ -153,7 +154,9 @@ static enum vw_status compile(struct vw_gpu *gpu, struct vw_pipeline *pipeline) 
                                                         .pName = "main",
                                                         .pSpecializationInfo = &specialization},
                                               .layout = pipeline->layout};
+    double begin_s = vw_now_s();
     VkResult result = vkCreateComputePipelines(gpu->device, gpu->pipeline_cache, 1, &info, NULL, &pipeline->handle);
+    gpu->pipeline_s += vw_now_s() - begin_s;
     vkDestroyShaderModule(gpu->device, module, NULL);
     free(entries);
     if (result) return vw_gpu_fail(result, "building the pipeline", name);
@@ -229,3 +232,5 @@ uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu) {
     for (const struct vw_pipeline *pipeline = gpu->pipelines; pipeline; pipeline = pipeline->next) count++;
     return count;
 }
+
+double vw_gpu_pipeline_s(const struct vw_gpu *gpu) { return gpu->pipeline_s; }

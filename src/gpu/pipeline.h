@@ -20,7 +20,6 @@ struct vw_pipeline {
 // shader declares.
 enum vw_status vw_pipeline_find(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
                                 const struct vw_pipeline **pipeline);
-uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu);
 void vw_pipelines_destroy(struct vw_gpu *gpu); // when no pass is left
 
 VkDescriptorType vw_descriptor_type(const struct vw_spirv_slot *slot);
