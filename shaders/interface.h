@@ -17,6 +17,7 @@ typedef struct { float x, y, z, w; } vw_float4;
 typedef struct { uint32_t x, y, z, w; } vw_uint4;
 typedef struct { uint32_t x, y, z; } vw_uint3;
 typedef uint32_t vw_uint;
+typedef struct vw_adam vw_adam;
 #endif
 
 // ---- Specialization constants: X(id, GLSL name, C field, type, default) ----------------------------------------------
@@ -44,9 +45,6 @@ typedef uint32_t vw_uint;
     X(18, BACKGROUND_RED, background_red, float, 0.0) \
     X(19, BACKGROUND_GREEN, background_green, float, 0.0) \
     X(20, BACKGROUND_BLUE, background_blue, float, 0.0) \
-    X(21, LEARNING_RATE, learning_rate, float, 0.003) \
-    X(22, BETA1, beta1, float, 0.0) \
-    X(23, BETA2, beta2, float, 0.99) \
     X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays */ \
     X(25, GRADIENT_CLAMP, gradient_clamp, float, 1.0)  /* largest fixed-point contribution of one sample, in the same unit */ \
     X(26, INVERSE_RAYS, inverse_rays, float, 0.002)    /* 1 / rays: turns the sum over rays into the mean */ \
@@ -105,7 +103,9 @@ VW_SPECIALIZATION(VW_DECLARE_CONSTANT)
 struct vw_specialization {
     uint samples, levels, feature_pairs, dense_levels, table_mask, width4, training, chunk_samples, loss, optimizer, momentum,
         wide_gradient, grid_texel, rows_texel, effect_appearance_code, effect_occupancy, effect_distortion, effect_background;
-    float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
+    float background_red, background_green, background_blue;
+    float learning_rate, beta1, beta2; // no constants: passes take them as vw_adam
+    float gradient_quantum, gradient_clamp, inverse_rays;
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
     uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, stores_rows;
@@ -122,7 +122,7 @@ struct vw_specialization {
     uint effect_uncertainty;
     uint ray_lanes;
 };
-// Word i of the struct is constant i, of the type declared above.
+// Word i of the struct is constant i, of the type declared above, if there is one.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
     _Static_assert(offsetof(struct vw_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place"); \
     _Static_assert(_Generic(((struct vw_specialization *)0)->lower, type: 1, default: 0), "constant " #upper " has another type");
@@ -411,6 +411,9 @@ struct vw_ray_range {
     vw_uint first, count;
 };
 
+// Numbers of the optimiser, a part of push constants, so that another learning rate compiles nothing.
+struct vw_adam { float learning_rate, beta1, beta2, log2_beta1, log2_beta2; };
+
 #include "splats/splat_interface.h"
 
 // ---- Recipes: trace_recipe alone uses these. All positions and lengths are box coordinates and box edges; z is up --------
@@ -506,8 +509,9 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
 struct vw_push_update {      // update_grid, update_weights, fit_photo, update_code, update_visibility, update_transient, update_pose
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
-    float extra;             // share by which the step is longer than at LEARNING_RATE: 0, below it where the rate has decayed, and what
-                             // the gate of lasting credit tries
+    float extra;             // share by which the step is longer than at the learning rate, for its decay and for the gate of
+                             // lasting credit
+    vw_adam adam;
 };
 struct vw_push_gather {      // gather_grid, gather_weights, gather_code
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
@@ -516,6 +520,7 @@ struct vw_push_gather {      // gather_grid, gather_weights, gather_code
 struct vw_push_block {       // direct_adjoint, perturb_params
     vw_uint count;           // vec4 of a block
     float sign;              // perturb_params: to which side
+    float beta1;             // direct_adjoint: Adam's
 };
 struct vw_push_product {     // multiply_blocks
     vw_uint count;           // vec4 of a block

@@ -34,8 +34,8 @@ vec4 direct(uint i, vec4 gradient) {
     vec4 moment = mix(step_moment[i], gradient, equal(step_moment[i], vec4(0.0)));
     bvec4 alone = equal(abs(moved) + abs(gradient), vec4(0.0));
     vec4 pulled = mix(adjoint_moment[i] - quotient(moved, moment) * adjoint[i], vec4(0.0), alone);
-    adjoint_moment[i] = mix(BETA1 * pulled, adjoint_moment[i], alone);
-    return (1.0 - BETA1) * pulled;
+    adjoint_moment[i] = mix(push.beta1 * pulled, adjoint_moment[i], alone);
+    return (1.0 - push.beta1) * pulled;
 }
 
 void main() {

@@ -8,23 +8,23 @@
 float adam_epsilon() { return GRADIENT_QUANTUM * INVERSE_RAYS; }
 
 // Returns 1 - beta^visits, without cancellation for the first visits.
-float bias_correction(float beta, uint visits) {
+float bias_correction(float beta, float log2_beta, uint visits) {
     if (visits == 1u) return 1.0 - beta;
-    return 1.0 - exp2(float(visits) * log2(beta));
+    return 1.0 - exp2(float(visits) * log2_beta);
 }
 
 // Updates the moments and returns the amount to subtract from the parameters. `gradient` is that of the mean loss. The
 // result is not finite if the gradient's square is not.
-vec4 adam_step(vec4 gradient, uint visits, inout vec4 moment1, inout vec4 moment2) {
-    if (OPTIMIZER == OPTIMIZER_SGD) return LEARNING_RATE * gradient;
-    moment2 = BETA2 * moment2 + (1.0 - BETA2) * gradient * gradient;
+vec4 adam_step(vw_adam adam, vec4 gradient, uint visits, inout vec4 moment1, inout vec4 moment2) {
+    if (OPTIMIZER == OPTIMIZER_SGD) return adam.learning_rate * gradient;
+    moment2 = adam.beta2 * moment2 + (1.0 - adam.beta2) * gradient * gradient;
     vec4 direction = gradient;
     if (MOMENTUM != 0u) {
-        moment1 = BETA1 * moment1 + (1.0 - BETA1) * gradient;
-        direction = moment1 / bias_correction(BETA1, visits);
+        moment1 = adam.beta1 * moment1 + (1.0 - adam.beta1) * gradient;
+        direction = moment1 / bias_correction(adam.beta1, adam.log2_beta1, visits);
     }
-    vec4 square = moment2 / bias_correction(BETA2, visits);
-    vec4 by = LEARNING_RATE * direction / (sqrt(square) + adam_epsilon());
+    vec4 square = moment2 / bias_correction(adam.beta2, adam.log2_beta2, visits);
+    vec4 by = adam.learning_rate * direction / (sqrt(square) + adam_epsilon());
     return finite(square) ? by : square; // an infinite square would silently hold its parameter in place for ever
 }
 

@@ -18,7 +18,7 @@ uint next_visit(uint visits) { return min(visits, 0x7FFFFFFEu) + 1u; }
 
 // Returns what to subtract from params that move at `rate` times the learning rate.
 vec4 photo_step(float rate, vec4 gradient, uint visits, inout vec4 moment1, inout vec4 moment2) {
-    return (1.0 + push.extra) * rate * adam_step(gradient, visits, moment1, moment2);
+    return (1.0 + push.extra) * rate * adam_step(push.adam, gradient, visits, moment1, moment2);
 }
 
 // Returns whether moved params may be stored: they stay finite, whatever the learning rate, and the row says where they

@@ -15,8 +15,8 @@ void main() {
     if (column >= push.count || state.nonfinite != 0u) return;
     vec4 moment1 = moments[column];
     vec4 moment2 = moments[push.count + column];
-    vec4 moved = weights[column] -
-                 (1.0 + push.extra) * adam_step(d_weights[column] * INVERSE_RAYS, push.step_low, moment1, moment2);
+    vec4 moved = weights[column] - (1.0 + push.extra) * adam_step(push.adam, d_weights[column] * INVERSE_RAYS,
+                                                                  push.step_low, moment1, moment2);
     if (!finite(moved)) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
         overflow = 1u;
         return;

@@ -100,8 +100,9 @@ struct vw_push_splats {      // the passes of splats but update_splats
 };
 struct vw_push_splat_update { // update_splats
     vw_uint stride, columns;
-    float mean, scale, turn, opacity, colour, harmonics; // rates, in units of LEARNING_RATE
+    float mean, scale, turn, opacity, colour, harmonics; // rates, in units of the learning rate
     float extra;             // as of vw_push_update
+    vw_adam adam;
 };
 struct vw_push_shown {       // show_pixels
     vw_uint first, count;    // range in the list of pixels

@@ -37,7 +37,7 @@ void main() {
         vec4 before = splats[at];
         bool counts = column == SPLAT_SCALE || column >= SPLAT_HARMONICS;
         float times = column > SPLAT_HARMONICS ? min(moment2.w + 1.0, VISITS_MOST) : visits;
-        vec4 by = (1.0 + push.extra) * rates(column) * adam_step(gradient, uint(times), moment1, moment2);
+        vec4 by = (1.0 + push.extra) * rates(column) * adam_step(push.adam, gradient, uint(times), moment1, moment2);
         if (counts) {
             by.w = 0.0;
             moment2.w = times;

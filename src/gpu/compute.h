@@ -99,6 +99,9 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
 void vw_pass_destroy(struct vw_pass **pass);
 const char *vw_pass_name(const struct vw_pass *pass);
 
+uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu); // compiled so far; passes share them
+double vw_gpu_pipeline_s(const struct vw_gpu *gpu);       // seconds that compiling them took
+
 // ---- Submissions ----------------------------------------------------------------------------------------------------
 
 enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **submission);

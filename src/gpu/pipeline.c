@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
 #include "gpu/debug.h"
@@ -153,7 +154,9 @@ static enum vw_status compile(struct vw_gpu *gpu, struct vw_pipeline *pipeline) 
                                                         .pName = "main",
                                                         .pSpecializationInfo = &specialization},
                                               .layout = pipeline->layout};
+    double begin_s = vw_now_s();
     VkResult result = vkCreateComputePipelines(gpu->device, gpu->pipeline_cache, 1, &info, NULL, &pipeline->handle);
+    gpu->pipeline_s += vw_now_s() - begin_s;
     vkDestroyShaderModule(gpu->device, module, NULL);
     free(entries);
     if (result) return vw_gpu_fail(result, "building the pipeline", name);
@@ -169,6 +172,10 @@ static void destroy(struct vw_gpu *gpu, struct vw_pipeline *pipeline) {
     free(pipeline);
 }
 
+static bool is_used(const struct vw_spirv *spirv, uint32_t constant) {
+    return constant < VW_SPIRV_MAX_CONSTANTS && spirv->uses_constant[constant];
+}
+
 static enum vw_status create(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
                              struct vw_pipeline **pipeline) {
     struct vw_pipeline *made = vw_allocate(1, sizeof *made);
@@ -177,8 +184,8 @@ static enum vw_status create(struct vw_gpu *gpu, const struct vw_pass_params *pa
     made->constant_count = params->specialization_count;
     made->constants = vw_allocate(made->constant_count, sizeof *made->constants);
     enum vw_status status = made->constants ? VW_OK : VW_ERROR_MEMORY;
-    if (!status && made->constant_count)
-        memcpy(made->constants, params->specialization, made->constant_count * sizeof *made->constants);
+    for (uint32_t i = 0; i < made->constant_count && !status; i++)
+        if (is_used(spirv, i)) made->constants[i] = params->specialization[i]; // else 0, for the driver's cache
     if (!status) status = create_set_layout(gpu, spirv, made);
     if (!status) status = create_layout(gpu, spirv, made);
     if (!status) status = compile(gpu, made);
@@ -190,16 +197,18 @@ static enum vw_status create(struct vw_gpu *gpu, const struct vw_pass_params *pa
 
 // ---- Sharing --------------------------------------------------------------------------------------------------------
 
-static bool fits(const struct vw_pipeline *pipeline, const struct vw_pass_params *params) {
-    size_t bytes = params->specialization_count * sizeof *pipeline->constants;
-    return pipeline->shader == params->shader && pipeline->constant_count == params->specialization_count &&
-           (bytes == 0 || !memcmp(pipeline->constants, params->specialization, bytes));
+static bool fits(const struct vw_pipeline *pipeline, const struct vw_pass_params *params,
+                 const struct vw_spirv *spirv) {
+    if (pipeline->shader != params->shader || pipeline->constant_count != params->specialization_count) return false;
+    for (uint32_t i = 0; i < pipeline->constant_count; i++)
+        if (is_used(spirv, i) && pipeline->constants[i] != params->specialization[i]) return false;
+    return true;
 }
 
 enum vw_status vw_pipeline_find(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
                                 const struct vw_pipeline **pipeline) {
     struct vw_pipeline *found = gpu->pipelines;
-    while (found && !fits(found, params)) found = found->next;
+    while (found && !fits(found, params, spirv)) found = found->next;
     if (!found) {
         enum vw_status status = create(gpu, params, spirv, &found);
         if (status) return status;
@@ -223,3 +232,5 @@ uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu) {
     for (const struct vw_pipeline *pipeline = gpu->pipelines; pipeline; pipeline = pipeline->next) count++;
     return count;
 }
+
+double vw_gpu_pipeline_s(const struct vw_gpu *gpu) { return gpu->pipeline_s; }

@@ -1,5 +1,5 @@
-// Compiled pipelines. Passes of equal shader and constants share one, so that trainings of equal config, at the same
-// time or one after another, compile their shaders once. They live as long as the device.
+// Compiled pipelines. Passes of equal shader share one if the constants that its code refers to are equal, so that
+// trainings, at the same time or one after another, compile only where they differ. They live as long as the device.
 #ifndef VIEWWORTH_GPU_PIPELINE_H
 #define VIEWWORTH_GPU_PIPELINE_H
 
@@ -12,7 +12,7 @@ struct vw_pipeline {
     VkPipeline handle;
     // private
     const struct vw_shader *shader;
-    uint32_t *constants, constant_count; // owned
+    uint32_t *constants, constant_count; // owned; 0 where the code does not refer to one
     struct vw_pipeline *next;            // list of the device's pipelines
 };
 
@@ -20,7 +20,6 @@ struct vw_pipeline {
 // shader declares.
 enum vw_status vw_pipeline_find(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
                                 const struct vw_pipeline **pipeline);
-uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu);
 void vw_pipelines_destroy(struct vw_gpu *gpu); // when no pass is left
 
 VkDescriptorType vw_descriptor_type(const struct vw_spirv_slot *slot);

@@ -8,6 +8,7 @@
 
 // The part of SPIR-V that viewworth reads, numbered as in its specification.
 enum operation {
+    OP_EXT_INST = 12,
     OP_EXECUTION_MODE = 16,
     OP_CAPABILITY = 17,
     OP_TYPE_VOID = 19,
@@ -344,6 +345,49 @@ static enum vw_status read_variable(const struct module *module, const uint32_t 
     }
 }
 
+// ---- Which constants the code refers to
+// ------------------------------------------------------------------------------
+
+// Marks an id and what its definition refers to. A literal that equals an id counts as a reference to it: that costs a
+// pipeline, where a reference that is overlooked would make a wrong one.
+static void mark(const struct module *module, uint32_t id, bool *marked) {
+    if (id >= module->id_count || marked[id]) return;
+    marked[id] = true;
+    const uint32_t *at = module->definition[id];
+    uint32_t operation = at ? operation_of(at) : 0;
+    if (operation <= OP_TYPE_FLOAT || operation == OP_CONSTANT || operation == OP_SPEC_CONSTANT)
+        return; // literals alone
+    for (uint32_t i = 1; i < length_of(at); i++) mark(module, at[i], marked);
+}
+
+// Returns from which word on an instruction refers to ids that thereby matter; its length where none does. Types and
+// constants matter where something else refers to them. What is decorated as gl_WorkGroupSize needs no reference.
+static uint32_t first_reference(const uint32_t *at) {
+    uint32_t operation = operation_of(at);
+    if (operation == OP_DECORATE) return at[2] == DECORATION_BUILT_IN ? 1 : length_of(at);
+    bool is_header = operation <= OP_CAPABILITY && operation != OP_EXT_INST;
+    bool is_definition = result_word(operation) && operation != OP_VARIABLE;
+    return is_header || is_definition || operation == OP_MEMBER_DECORATE ? length_of(at) : 1;
+}
+
+static enum vw_status find_used_constants(const struct module *module, struct vw_spirv *spirv) {
+    bool *marked = vw_allocate(module->id_count, sizeof *marked);
+    if (!marked) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    for (const uint32_t *at = next(module, NULL); at; at = next(module, at))
+        for (uint32_t i = first_reference(at); i < length_of(at); i++) mark(module, at[i], marked);
+    for (const uint32_t *at = next(module, NULL); at && !status; at = next(module, at)) {
+        if (operation_of(at) != OP_DECORATE || at[2] != DECORATION_SPEC_ID) continue;
+        if (at[1] >= module->id_count || !marked[at[1]]) continue;
+        if (at[3] < VW_SPIRV_MAX_CONSTANTS) spirv->uses_constant[at[3]] = true;
+        else
+            status = vw_fail(VW_ERROR_DEVICE, "shader %s: constant_id %u, at most %d are read", module->name, at[3],
+                             VW_SPIRV_MAX_CONSTANTS - 1);
+    }
+    free(marked);
+    return status;
+}
+
 enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization,
                              uint32_t specialization_count, struct vw_spirv *spirv) {
     struct module module = {.specialization = specialization, .specialization_count = specialization_count};
@@ -354,6 +398,7 @@ enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *spe
         if (operation_of(at) == OP_CAPABILITY) read_capability(at[1], &found);
         if (operation_of(at) == OP_VARIABLE) status = read_variable(&module, at, &found);
     }
+    if (!status) status = find_used_constants(&module, &found);
     if (!status) *spirv = found;
     free(module.definition);
     return status;

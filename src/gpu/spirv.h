@@ -8,7 +8,7 @@
 #include "gpu/compute.h"
 #include "viewworth/gpu.h"
 
-enum { VW_SPIRV_MAX_SLOTS = 64 };
+enum { VW_SPIRV_MAX_SLOTS = 64, VW_SPIRV_MAX_CONSTANTS = 128 };
 
 // One binding of descriptor set 0. Variables that share a binding are one slot.
 struct vw_spirv_slot {
@@ -26,6 +26,7 @@ struct vw_spirv {
     uint64_t shared_bytes; // after specialization; a length that is not a plain expression of constants counts as 0
     bool needs_int64;
     bool needs_int64_atomics;
+    bool uses_constant[VW_SPIRV_MAX_CONSTANTS]; // by constant_id: whether the code refers to it
 };
 
 // Reads a shader's declarations. `specialization[i]` replaces the value of constant_id i, for i below

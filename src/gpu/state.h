@@ -30,6 +30,7 @@ struct vw_gpu {
     uint64_t buffer_bytes;           // sum over all live buffers
     uint64_t stage;                  // the newest one given out
     struct vw_pipeline *pipelines;   // owned; a list (pipeline.h)
+    double pipeline_s;               // seconds that the driver compiled them
     struct vw_submission *recording; // one submission records at a time, so that recording order is submission order
     struct vw_gpu_timer *timers;
     size_t timer_count;

@@ -111,6 +111,8 @@ void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_
 enum vw_status vw_model_initialise(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                    void *params);
 
+// Returns what the update passes are told of the optimiser.
+struct vw_adam vw_adam_of(const struct vw_specialization *specialization);
 // Returns the learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those
 // taken.
 double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step);

@@ -21,6 +21,12 @@ double vw_model_decay_at_step(const struct vw_model *model, double decay, uint64
     return pow(decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
 }
 
+// Takes logarithms here, since a device's may be worse.
+struct vw_adam vw_adam_of(const struct vw_specialization *specialization) {
+    const struct vw_specialization *s = specialization;
+    return (struct vw_adam){s->learning_rate, s->beta1, s->beta2, log2f(s->beta1), log2f(s->beta2)};
+}
+
 double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step) {
     return vw_model_decay_at_step(model, model->learning_rate_decay, step);
 }

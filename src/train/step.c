@@ -151,7 +151,8 @@ void vw_step_record_update(const struct vw_step_passes *step, struct vw_submissi
     double rate = (1.0 + extra) * vw_model_rate_factor_of_step(model, number);
     struct vw_push_update update = {.count = padded_rays(step, first_pixel),
                                     .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
-                                    .extra = (float)(rate - 1.0)};
+                                    .extra = (float)(rate - 1.0),
+                                    .adam = vw_adam_of(&model->specialization)};
     vw_effects_record_update(model, &step->effects, submission, &update);
     update.count = model->moved_columns;
     if (step->update_weights)

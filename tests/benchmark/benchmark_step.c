@@ -3,8 +3,10 @@
 // rays x 32 samples, 8 levels x 2 features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense
 // Adam with beta1 0.9, spherical harmonics up to band 2, and a validation of 2048 rays. Prints one line of names and
 // figures; times are medians per step and training, memory is the most there was; host_ms is the CPU time of the thread
-// that records, draws and reads. A driver that runs the device's work on CPUs does so in threads of its own (lavapipe
-// starts one for each queue), so that it does not count. --host splits that time, without what hands records out.
+// that records, draws and reads, pipelines_ms the time in which the driver compiled all pipelines. A driver that runs
+// the device's work on CPUs does so in threads of its own (lavapipe starts one for each queue), so that it does not
+// count.
+// --host splits host_ms, without what hands records out.
 //
 // scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
 // the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
@@ -309,7 +311,7 @@ static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scen
 // ---- The report -----------------------------------------------------------------------------------------------------
 
 static void print_figures(const struct timing *with, const struct timing *without, uint32_t rounds,
-                          const struct vw_trainer_stats *stats, const char *device) {
+                          const struct vw_trainer_stats *stats, const struct vw_gpu *gpu) {
     enum { TRAIN, VALIDATE, TRAIN_CPU, VALIDATE_CPU, SCORING, SCORING_CPU, HOST, SCORING_HOST, FIGURES };
     double figures[FIGURES][ROUNDS_MAX];
     for (uint32_t i = 0; i < rounds; i++) {
@@ -326,8 +328,9 @@ static void print_figures(const struct timing *with, const struct timing *withou
                                                "val_cpu_ms", "scoring_ratio",  "scoring_cpu_ratio",
                                                "host_ms",    "scoring_host_ms"};
     for (int f = 0; f < FIGURES; f++) printf("%s %.4f ", names[f], median(figures[f], rounds));
-    printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f device %s\n", stats->val_rays,
-           (double)stats->device_bytes / 1048576.0, peak_resident_mib(), device);
+    printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f pipelines %" PRIu32 " pipelines_ms %.1f device %s\n",
+           stats->val_rays, (double)stats->device_bytes / 1048576.0, peak_resident_mib(), vw_gpu_pipeline_count(gpu),
+           1e3 * vw_gpu_pipeline_s(gpu), vw_gpu_get_info(gpu)->name);
 }
 
 static void print_timers(const struct vw_gpu *gpu) {
@@ -556,7 +559,7 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
         status = time_steps(gpu, scene, setup, false, &without[i], &stats);
         if (status == VW_OK) status = time_steps(gpu, scene, setup, true, &with[i], &stats);
     }
-    if (status == VW_OK) print_figures(with, without, setup->rounds, &stats, vw_gpu_get_info(gpu)->name);
+    if (status == VW_OK) print_figures(with, without, setup->rounds, &stats, gpu);
     if (status == VW_OK && setup->profile) print_timers(gpu);
     return status;
 }

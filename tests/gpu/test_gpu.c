@@ -10,6 +10,7 @@
 #include "gather_texels.h"
 #include "gpu/compute.h"
 #include "gpu/peak_throughput.h"
+#include "gpu/pipeline.h"
 #include "halve_double.h"
 #include "scale_values.h"
 #include "sum_windows.h"
@@ -354,6 +355,25 @@ TEST(specialised_sizes_are_held_to_the_limits) {
                                                              .binding_count = 2},
                                     &pass),
                      VW_ERROR_DEVICE, cases[i].part);
+    }
+}
+
+TEST(passes_share_pipelines_that_their_code_cannot_tell_apart) {
+    struct vw_gpu *gpu = test_gpu();
+    struct vw_buffer *buffer = test_buffer(gpu, "values", 4096);
+    const struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer}, {.slot = 1, .buffer = buffer}};
+    const struct {
+        uint32_t specialization[3]; // a length of shared memory, a workgroup size, nothing
+        uint32_t made;
+    } cases[] = {{{8, 32, 1}, 1}, {{8, 32, 1}, 0}, {{8, 32, 2}, 0}, {{9, 32, 1}, 1}, {{8, 64, 1}, 1}, {{8, 64, 3}, 0}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        uint32_t before = vw_gpu_pipeline_count(gpu);
+        test_pass(gpu, (struct vw_pass_params){.shader = &sum_windows,
+                                               .specialization = cases[i].specialization,
+                                               .specialization_count = 3,
+                                               .bindings = bindings,
+                                               .binding_count = 2});
+        assert_int_equal(vw_gpu_pipeline_count(gpu) - before, cases[i].made);
     }
 }
 

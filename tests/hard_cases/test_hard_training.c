@@ -174,7 +174,9 @@ static void stay_silent(struct step_bench *bench, uint32_t first_step) {
     for (uint32_t step = 0; step < SILENT_STEPS; step += SUBMISSION_STEPS) {
         vw_submission_begin(bench->submission);
         for (uint32_t i = 0; i < SUBMISSION_STEPS; i++) {
-            struct vw_push_update push = {.count = bench->model.pair_count, .step_low = first_step + step + i};
+            struct vw_push_update push = {.count = bench->model.pair_count,
+                                          .step_low = first_step + step + i,
+                                          .adam = vw_adam_of(&bench->model.specialization)};
             vw_submission_dispatch(bench->submission, bench->step.update_grid[0], &push, sizeof push, push.count);
         }
         assert_int_equal(vw_submission_submit(bench->submission), VW_OK);

@@ -61,7 +61,9 @@ TEST(a_step_beyond_the_floats_is_not_taken) {
             quanta[k] = llrintf(size / bench->model.specialization.gradient_quantum);
         for (uint64_t k = 0; k < 4 * (uint64_t)bench->model.moved_columns; k++) d_weights[k] = k % 2 ? size : -size;
         for (uint32_t number = 1; number <= 3; number++) {
-            struct vw_push_update push = {.count = bench->model.moved_columns, .step_low = number};
+            struct vw_push_update push = {.count = bench->model.moved_columns,
+                                          .step_low = number,
+                                          .adam = vw_adam_of(&bench->model.specialization)};
             grid_write_gradient(bench, quanta);
             grid_update(bench, number);
             step_bench_write(bench, bench->step.d_weights, d_weights);

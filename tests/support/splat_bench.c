@@ -2,6 +2,7 @@
 
 #include "support/draws.h"
 #include "support/gpu_fixture.h"
+#include "train/model.h"
 
 static void destroy_drawing(void *drawing) { vw_splat_drawing_destroy(drawing); }
 static void destroy_gradient(void *gradient) { vw_splat_gradient_destroy(gradient); }
@@ -243,7 +244,8 @@ struct vw_push_splat_update splat_bench_update(const struct splat_bench *bench) 
                                          .turn = 0.002f,
                                          .opacity = 0.025f,
                                          .colour = 0.0025f,
-                                         .harmonics = 0.0001f};
+                                         .harmonics = 0.0001f,
+                                         .adam = vw_adam_of(&bench->s.run)};
 }
 
 // Counts squares by their first tiles.

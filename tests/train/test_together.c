@@ -217,6 +217,10 @@ TEST(pipelines_are_those_of_one) {
     const struct member another = {.left_out = all, .seed = 99, .epochs = 5};
     open_member(&group, &another, 1, NULL);
     assert_int_equal(vw_gpu_pipeline_count(test_gpu()), of_three);
+    group.config.learning_rate *= 2; // a sweep of it compiles nothing
+    group.config.beta2 = 0.95;
+    open_member(&group, &another, 1, NULL);
+    assert_int_equal(vw_gpu_pipeline_count(test_gpu()), of_three);
     group.config.rays++; // is a constant
     open_member(&group, &another, 1, NULL);
     assert_true(vw_gpu_pipeline_count(test_gpu()) > of_three);

@@ -27,7 +27,8 @@ vec4 code_gradient(uint k) {
 void move_weights(uint at) {
     vec4 gradient = d_shift[at / CODE4] * code[at % CODE4], moment1 = weight_moments[at],
          moment2 = weight_moments[COUNT + at];
-    vec4 moved = code_weights[at] - (1.0 + push.extra) * adam_step(gradient, push.step_low, moment1, moment2);
+    vec4 moved =
+        code_weights[at] - (1.0 + push.extra) * adam_step(push.adam, gradient, push.step_low, moment1, moment2);
     if (!stays_finite(finite(moved))) return;
     code_weights[at] = moved;
     weight_moments[at] = moment1;

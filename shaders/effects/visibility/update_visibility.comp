@@ -32,7 +32,7 @@ void main() {
     if (k == 0u) moments[view].visits = visits;
     if (k >= VISIBILITY_CODE4) return;
     vec4 moment1 = moments[view].moment1[k], moment2 = moments[view].moment2[k];
-    vec4 by = photo_rate(visits) * adam_step(code_gradient(k), visits, moment1, moment2);
+    vec4 by = photo_rate(visits) * adam_step(push.adam, code_gradient(k), visits, moment1, moment2);
     vec4 moved = codes[VISIBILITY_CODE4 * view + k] - (1.0 + push.extra) * by;
     store_code(view, k, moved, moment1, moment2);
 }

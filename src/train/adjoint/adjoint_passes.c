@@ -496,7 +496,8 @@ static void record_reduce(const struct vw_adjoint_passes *backward, struct vw_su
 static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                            const struct vw_push_rays *rays, uint32_t row) {
     const struct vw_step_passes *step = backward->context->step;
-    const struct vw_push_block block = {.count = block_vectors(backward)};
+    const struct vw_push_block block = {.count = block_vectors(backward),
+                                        .beta1 = step->field->model->specialization.beta1};
     record_restore(backward, submission, backward->blocks.before); // which correct the photo
     vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_submission_dispatch(submission, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);

@@ -496,7 +496,7 @@ static void check_code(const struct step_bench *bench, const double *d_shift, co
 
 static void update_code(struct step_bench *bench, const float *d_weights, uint32_t step) {
     const struct vw_param_range *codes = &bench->model.ranges[VW_SLOT_CODES];
-    struct vw_push_update push = {.step_low = step};
+    struct vw_push_update push = {.step_low = step, .adam = vw_adam_of(&bench->model.specialization)};
     double d_shift[REFERENCE_WIDTH_MAX];
     for (uint32_t i = 0; i < bench->config.width; i++)
         d_shift[i] = (double)d_weights[reference_block_index(&bench->model.specialization, 2, i, 0)] *
@@ -533,7 +533,7 @@ void check_update_code(struct step_bench *bench, enum input_kind kind) {
         update_code(bench, d_weights, i);
     }
     struct code_state before = read_code(bench);
-    struct vw_push_update push = {.step_low = 9};
+    struct vw_push_update push = {.step_low = 9, .adam = vw_adam_of(&bench->model.specialization)};
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = 1, .view = bench->view});
     step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_code"), &push, sizeof push, 1);
     struct code_state after = read_code(bench);

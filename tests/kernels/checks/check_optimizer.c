@@ -33,7 +33,9 @@ void grid_write_gradient(struct step_bench *bench, const int64_t *quanta) {
 }
 
 void grid_update(struct step_bench *bench, uint32_t number) {
-    struct vw_push_update push = {.count = bench->model.windows[0].pair_count, .step_low = number};
+    struct vw_push_update push = {.count = bench->model.windows[0].pair_count,
+                                  .step_low = number,
+                                  .adam = vw_adam_of(&bench->model.specialization)};
     assert_int_equal(bench->model.window_count, 1);
     step_bench_dispatch(bench, bench->step.update_grid[0], &push, sizeof push, push.count);
 }
@@ -193,7 +195,8 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
 // ---- update_weights -------------------------------------------------------------------------------------------------
 
 void weights_update(struct step_bench *bench, uint32_t number) {
-    struct vw_push_update push = {.count = bench->model.moved_columns, .step_low = number};
+    struct vw_push_update push = {
+        .count = bench->model.moved_columns, .step_low = number, .adam = vw_adam_of(&bench->model.specialization)};
     step_bench_dispatch(bench, bench->step.update_weights, &push, sizeof push, push.count);
 }
 

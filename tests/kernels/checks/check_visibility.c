@@ -135,7 +135,7 @@ void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
 
 static void update_code(struct step_bench *bench, const float *d_weights) {
     const struct vw_specialization *s = &bench->model.specialization;
-    struct vw_push_update push = {0};
+    struct vw_push_update push = {.adam = vw_adam_of(&bench->model.specialization)};
     float *before = step_bench_read(bench, bench->field.params),
           *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
     struct reference_params *params = reference_params_create(&bench->model, before);
@@ -189,7 +189,7 @@ void check_update_visibility(struct step_bench *bench, enum input_kind kind) {
         update_code(bench, d_weights);
     }
     float *before = step_bench_read(bench, bench->field.params);
-    struct vw_push_update push = {0};
+    struct vw_push_update push = {.adam = vw_adam_of(&bench->model.specialization)};
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = 1, .view = bench->view});
     step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_visibility"), &push, sizeof push, 1);
     float *after = step_bench_read(bench, bench->field.params);

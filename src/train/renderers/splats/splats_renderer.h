@@ -9,7 +9,7 @@
 
 struct vw_pass_costs; // train/pass_costs.h
 
-// Unit of the rates: LEARNING_RATE of the passes is that of effects, as with the hash grid, at the default --lr.
+// Unit of the rates: the learning rate of the passes is that of effects, as with the hash grid, at the default --lr.
 #define VW_SPLAT_RATE_UNIT 0.001
 
 // Counts the points of a scene that a train view sees.

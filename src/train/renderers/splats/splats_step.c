@@ -183,6 +183,7 @@ void vw_splats_record_update(const struct vw_step_passes *step, struct vw_submis
         .opacity = (float)(OPACITY_RATE / VW_SPLAT_RATE_UNIT),
         .colour = (float)(COLOUR_RATE / VW_SPLAT_RATE_UNIT),
         .harmonics = (float)(HARMONICS_RATE / VW_SPLAT_RATE_UNIT),
-        .extra = update.extra};
+        .extra = update.extra,
+        .adam = update.adam};
     vw_splat_update_record(&step->splats->gradient, submission, &push);
 }
