@@ -8,7 +8,7 @@
 #include "gpu/transfer.h"
 
 void vw_command_list_begin(struct vw_command_list *list, uint64_t first_stage, bool one_by_one) {
-    list->count = list->push_bytes = 0;
+    list->count = list->push_bytes = list->stage_count = 0;
     list->first_stage = list->last_stage = first_stage;
     list->one_by_one = one_by_one;
     list->barrier_count = 0;
@@ -17,6 +17,7 @@ void vw_command_list_begin(struct vw_command_list *list, uint64_t first_stage, b
 void vw_command_list_free(struct vw_command_list *list) {
     free(list->commands);
     free(list->pushes);
+    free(list->stages);
     *list = (struct vw_command_list){0};
 }
 
@@ -36,12 +37,28 @@ static uint64_t earliest(const struct vw_command_list *list, uint64_t so_far, st
     return later(list->first_stage, later(so_far, allowed));
 }
 
+// Makes room for the stages up to one.
+static enum vw_status grow_stages(struct vw_command_list *list, uint64_t count) {
+    enum vw_status status = vw_grow((void **)&list->stages, &list->stage_capacity, count, sizeof *list->stages);
+    for (; !status && list->stage_count < count; list->stage_count++)
+        list->stages[list->stage_count] = (struct vw_stage){VW_NO_COMMAND, VW_NO_COMMAND, false};
+    return status;
+}
+
 static enum vw_status append(struct vw_command_list *list, struct vw_command command) {
+    uint64_t place = command.stage - list->first_stage;
     enum vw_status status = vw_grow((void **)&list->commands, &list->capacity, list->count + 1, sizeof *list->commands);
+    if (!status) status = grow_stages(list, place + 1);
     if (status) return status;
-    command.number = (uint32_t)list->count;
+    struct vw_stage *stage = &list->stages[place];
+    uint32_t number = (uint32_t)list->count++;
+    if (stage->last == VW_NO_COMMAND) stage->first = number;
+    else list->commands[stage->last].next = number;
+    stage->last = number;
+    stage->indirect |= command.groups.listed != NULL;
+    command.next = VW_NO_COMMAND;
     list->last_stage = later(list->last_stage, command.stage);
-    list->commands[list->count++] = command;
+    list->commands[number] = command;
     return VW_OK;
 }
 
@@ -87,12 +104,6 @@ enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_
 
 // ---- Writing --------------------------------------------------------------------------------------------------------
 
-static int by_stage(const void *left, const void *right) {
-    const struct vw_command *a = left, *b = right;
-    if (a->stage != b->stage) return a->stage < b->stage ? -1 : 1;
-    return a->number < b->number ? -1 : 1;
-}
-
 static void write_dispatch(const struct vw_command *command, const uint8_t *pushes, VkCommandBuffer commands,
                            struct vw_submission_timer *timer) {
     const struct vw_pass *pass = command->pass;
@@ -120,27 +131,18 @@ static void write_command(const struct vw_command *command, const uint8_t *pushe
     else vkCmdCopyBuffer(commands, command->from->handle, command->to->handle, 1, &command->region);
 }
 
-// Returns the end of the stage that begins at command `first`.
-static size_t find_end(const struct vw_command_list *list, size_t first, bool *indirect) {
-    size_t end = first;
-    for (*indirect = false; end < list->count && list->commands[end].stage == list->commands[first].stage; end++)
-        *indirect |= list->commands[end].groups.listed != NULL;
-    return end;
-}
-
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer) {
     bool indirect_before = false, indirect_ever = false;
-    if (list->count) qsort(list->commands, list->count, sizeof *list->commands, by_stage);
-    for (size_t first = 0, end; first < list->count; first = end) {
-        bool indirect;
-        end = find_end(list, first, &indirect);
-        if (first > 0) {
-            vw_barrier_record(commands, (struct vw_barrier_params){.indirect = indirect || indirect_before});
+    for (size_t s = 0; s < list->stage_count; s++) {
+        const struct vw_stage *stage = &list->stages[s];
+        if (s > 0) {
+            vw_barrier_record(commands, (struct vw_barrier_params){.indirect = stage->indirect || indirect_before});
             list->barrier_count++;
         }
-        for (size_t i = first; i < end; i++) write_command(&list->commands[i], list->pushes, commands, timer);
-        indirect_before = indirect;
-        indirect_ever |= indirect;
+        for (uint32_t i = stage->first; i != VW_NO_COMMAND; i = list->commands[i].next)
+            write_command(&list->commands[i], list->pushes, commands, timer);
+        indirect_before = stage->indirect;
+        indirect_ever |= stage->indirect;
     }
     vw_barrier_record(commands, (struct vw_barrier_params){.indirect = indirect_ever, .host_reads = true});
 }

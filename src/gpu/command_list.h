@@ -15,7 +15,7 @@ struct vw_workgroups {
 
 struct vw_command {
     uint64_t stage;
-    uint32_t number;            // in the order of recording
+    uint32_t next;              // the stage's next command in the order of recording; VW_NO_COMMAND: none
     const struct vw_pass *pass; // NULL: a copy
     struct vw_workgroups groups;
     size_t push_offset_bytes; // place of its push constants
@@ -23,10 +23,18 @@ struct vw_command {
     VkBufferCopy region;
 };
 
+enum { VW_NO_COMMAND = UINT32_MAX };
+
+struct vw_stage {
+    uint32_t first, last; // commands; VW_NO_COMMAND: it has none
+    bool indirect;        // one of them reads its number of workgroups
+};
+
 struct vw_command_list {
-    struct vw_command *commands; // owned, as pushes
+    struct vw_command *commands; // owned, as pushes and stages
     uint8_t *pushes;
-    size_t count, capacity, push_bytes, push_capacity;
+    struct vw_stage *stages; // from first_stage on
+    size_t count, capacity, push_bytes, push_capacity, stage_count, stage_capacity;
     uint64_t first_stage, last_stage;
     bool one_by_one; // every command has a stage of its own, so that times of passes do not overlap
     uint32_t barrier_count;

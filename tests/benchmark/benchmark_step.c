@@ -356,7 +356,9 @@ static void add_part(double *part_us, double *since_s) {
 // Takes the same batch of steps once more with every training, as trainers record it.
 static enum vw_status take_parts(const struct group *group, struct vw_submission *submission, uint32_t steps,
                                  double *parts_us) {
-    vw_submission_begin(submission);
+    double begun_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
+    vw_submission_begin(submission); // the driver frees what was submitted before
+    add_part(&parts_us[SUBMIT], &begun_s);
     for (uint32_t i = 0; i < group->count; i++) {
         const struct vw_trainer_parts *parts = vw_trainer_get_parts(group->trainers[i]);
         uint32_t rays = parts->config->rays, rows = vw_validation_rows_per_measurement(parts->validation);
