@@ -52,7 +52,7 @@ enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_
 // Writes all commands, stage by stage, with barriers between, and one after the last for the host.
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer);
 
-// Returns the commands that the submission recorded; by stage, then by number, once it is submitted.
+// Returns the commands that the submission recorded, in this order.
 const struct vw_command_list *vw_submission_list(const struct vw_submission *submission);
 
 #endif

@@ -476,25 +476,17 @@ static void print_dispatch(const struct vw_command *command, uint64_t stage, int
                count * ((pass->workgroup_invocations + 31) / 32));
 }
 
-static uint64_t stage_of(const struct vw_command_list *list, size_t number) {
-    size_t i = 0;
-    while (list->commands[i].number != number) i++;
-    return list->commands[i].stage;
-}
-
 // Prints the stages from the one in which a step in the middle of a submission begins up to the one of the next step.
 static void print_stages(const struct vw_command_list *list, uint32_t steps) {
-    const size_t per_step = list->count / steps, first = steps / 2 * per_step;
-    const uint64_t begin = stage_of(list, first), end = stage_of(list, first + per_step);
+    const uint32_t per_step = (uint32_t)(list->count / steps), first = steps / 2 * per_step;
+    const uint64_t begin = list->commands[first].stage, end = list->commands[first + per_step].stage;
     printf(
         "| stage | pass | role | of step | workgroups | invocations | warps of 32 |\n|---|---|---|---|---|---|---|\n");
-    for (size_t i = 0; i < list->count; i++) {
-        const struct vw_command *command = &list->commands[i];
-        if (command->stage >= begin && command->stage < end)
-            print_dispatch(command, command->stage - begin, (int)(command->number / per_step) - (int)(steps / 2));
-    }
-    printf("\ncommands %zu barriers %" PRIu64 " per step; %.2f in %" PRIu32 " steps of a submission\n", per_step,
-           end - begin, (double)list->barrier_count / steps, steps);
+    for (uint64_t stage = begin; stage < end; stage++)
+        for (uint32_t i = list->stages[stage - list->first_stage].first; i != VW_NO_COMMAND; i = list->commands[i].next)
+            print_dispatch(&list->commands[i], stage - begin, (int)(i / per_step) - (int)(steps / 2));
+    printf("\ncommands %" PRIu32 " barriers %" PRIu64 " per step; %.2f in %" PRIu32 " steps of a submission\n",
+           per_step, end - begin, (double)list->barrier_count / steps, steps);
 }
 
 // Prints what a step occupies in the second submission, since the steps of one overlap.

@@ -174,7 +174,7 @@ static uint64_t stage_of(const struct vw_command_list *list, uint32_t step, cons
     for (size_t i = 0; i < list->count; i++) {
         const struct vw_command *command = &list->commands[i];
         const char *own = command->pass->role ? command->pass->role : "";
-        if (command->number / per_step == step && !strcmp(vw_pass_name(command->pass), pass) && !strcmp(own, role))
+        if ((uint32_t)i / per_step == step && !strcmp(vw_pass_name(command->pass), pass) && !strcmp(own, role))
             return command->stage;
     }
     fail_msg("no %s %s in step %u", role, pass, step);
