@@ -308,10 +308,10 @@ struct vw_ray {
 };
 
 struct vw_step_state {
-    vw_uint nonfinite;   // not 0: the step must be skipped; 0 again once reduce_loss has read it, as the next
+    vw_uint nonfinite;   // not 0: the step must be skipped; reduce_loss sets it to 0, and `clamped`
     vw_uint clamped;     // gradient contributions clamped
     vw_uint view;        // the photo of the step, for the effects that have params of its own
-    vw_uint skipped;     // not 0: the step that reduce_loss reported last was skipped, or what has been cleared since was not finite
+    vw_uint skipped;     // not 0: the step that reduce_loss reported last was skipped, or what was cleared since not finite
 };
 
 // A photo's gain and bias: it shows colours as (1 + gain) * colour + bias, per channel. All 0: no change. w is unused.

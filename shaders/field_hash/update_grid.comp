@@ -31,8 +31,8 @@ void main() {
     uint visits = OPTIMIZER == OPTIMIZER_DENSE_ADAM ? push.step_low : min(grid_visits[pair], 0x7FFFFFFEu) + 1u;
     vec4 moment1 = MOMENTUM != 0u ? vec4(grid_moment1[pair], 0.0, 0.0) : vec4(0.0);
     vec4 moment2 = vec4(grid_moment2[pair], 0.0, 0.0);
-    GRID_PAIR moved = STORE_PAIR(LOAD_PAIR(grid[pair]) -
-                                 (1.0 + push.extra) * adam_step(push.adam, gradient, visits, moment1, moment2).xy);
+    vec2 change = (1.0 + push.extra) * adam_step(push.adam, gradient, visits, moment1, moment2).xy;
+    GRID_PAIR moved = STORE_PAIR(LOAD_PAIR(grid[pair]) - change);
     // Params stay finite as they are stored, whatever the learning rate, and the row says so (decision 8).
     if (!(finite(LOAD_PAIR(moved).x) && finite(LOAD_PAIR(moved).y))) {
         overflow = 1u;

@@ -1,9 +1,8 @@
-// Places a ray's samples where the field has matter; one ray per RAY_LANES
-// invocations. The even samples were rendered without a
-// backward pass; stratum i got the compositing weight w_i. The places follow the inverse of their distribution, which
-// is constant within a stratum (Mildenhall et al., "NeRF", ECCV 2020, section 5.2, equation 5): one drawn from each of
-// SAMPLES equal shares of the whole weight, or its middle in validation. So they ascend. They are held fixed: no
-// gradient goes through them.
+// Places a ray's samples where the field has matter; one ray per RAY_LANES invocations. The even samples were rendered
+// without a backward pass; stratum i got the compositing weight w_i. The places follow the inverse of their
+// distribution, which is constant within a stratum (Mildenhall et al., "NeRF", ECCV 2020, section 5.2, equation 5): one
+// drawn from each of SAMPLES equal shares of the whole weight, or its middle in validation. So they ascend. They are
+// held fixed: no gradient goes through them.
 #include "rays/composite.glsl"
 #include "rays/ray_lanes.glsl"
 #include "rays/sampling.glsl"

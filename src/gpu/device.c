@@ -71,8 +71,8 @@ enum vw_status vw_gpu_list(struct vw_gpu_info **infos, uint32_t *count) {
 static bool is_wanted(const struct vw_gpu_info *info, const char *device) {
     bool cpu = info->kind == VW_GPU_CPU, usable = !*info->unsupported_reason;
     if (!device) return usable;
-    if (!strcmp(device, "cpu")) return usable && cpu;
-    if (!strcmp(device, "gpu")) return usable && !cpu;
+    if (!strcasecmp(device, "cpu")) return usable && cpu;
+    if (!strcasecmp(device, "gpu")) return usable && !cpu;
     if (device[strspn(device, "0123456789")] != '\0') return strcasestr(info->name, device) != NULL;
     char index[16];
     snprintf(index, sizeof index, "%u", info->index);

@@ -345,8 +345,7 @@ static enum vw_status read_variable(const struct module *module, const uint32_t 
     }
 }
 
-// ---- Which constants the code refers to
-// ------------------------------------------------------------------------------
+// ---- Constants that the code refers to ------------------------------------------------------------------------------
 
 // Marks an id and what its definition refers to. A literal that equals an id counts as a reference to it: that costs a
 // pipeline, where a reference that is overlooked would make a wrong one.

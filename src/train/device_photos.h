@@ -16,7 +16,7 @@ struct vw_device_photos {
 };
 
 // Makes room for all views that a training may have. VW_ERROR_DEVICE where the device has none: a quarter of its
-// memory, and one binding; or where a photo has a side of more than 65,535 pixels.
+// free memory, and one binding; or where a photo has a side of more than 65,535 pixels.
 enum vw_status vw_device_photos_create(struct vw_gpu *gpu, const struct vw_scene *scene,
                                        struct vw_device_photos **photos);
 void vw_device_photos_destroy(struct vw_device_photos **photos);

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "train/device_photos.h"
+#include "viewworth/log.h"
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
@@ -35,7 +36,11 @@ uint64_t vw_submissions_unshared_bytes(const struct vw_submissions *submissions,
 
 struct vw_device_photos *vw_submissions_take_photos(struct vw_submissions *submissions, struct vw_gpu *gpu,
                                                     const struct vw_scene *scene) {
-    if (!submissions->photos && vw_device_photos_create(gpu, scene, &submissions->photos)) return NULL;
+    if (!submissions->member_count) vw_device_photos_destroy(&submissions->photos); // a trainer failed to join
+    if (!submissions->photos && vw_device_photos_create(gpu, scene, &submissions->photos)) {
+        vw_log_detail("photos   stay on the host: %s", vw_error_message());
+        return NULL;
+    }
     return submissions->photos->scene == scene ? submissions->photos : NULL;
 }
 
@@ -113,4 +118,5 @@ void vw_submissions_leave(struct vw_submissions *submissions, const struct vw_tr
     for (uint32_t i = 0; i < submissions->member_count; i++)
         if (submissions->members[i].trainer != trainer) submissions->members[kept++] = submissions->members[i];
     submissions->member_count = kept;
+    if (!kept) vw_device_photos_destroy(&submissions->photos); // the scene may be closed next
 }

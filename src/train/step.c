@@ -86,6 +86,8 @@ void vw_step_destroy(struct vw_step_passes *step) {
     vw_gpu_objects_destroy(&step->objects);
     free(step->drawn);
     free(step->counted);
+    step->drawn = NULL; // who could not create a step destroys it once more
+    step->counted = NULL;
 }
 
 // Lists the buffers of the training's state. The gradients do not belong to it: they are 0 between steps (the grid's)
@@ -163,6 +165,11 @@ void vw_step_record_update(const struct vw_step_passes *step, struct vw_submissi
 void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t first_pixel,
                          uint32_t scalar_row) {
     struct vw_push_reduce push = {.count = padded_rays(step, first_pixel), .scalar_row = scalar_row};
+    vw_submission_dispatch(submission, step->reduce_loss, &push, sizeof push, 1);
+}
+
+void vw_step_record_clear(const struct vw_step_passes *step, struct vw_submission *submission) {
+    struct vw_push_reduce push = {.scalar_row = VW_NO_ROW};
     vw_submission_dispatch(submission, step->reduce_loss, &push, sizeof push, 1);
 }
 

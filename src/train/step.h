@@ -12,7 +12,6 @@
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
                               struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
                               struct vw_device_photos *photos, struct vw_step_passes *step);
-
 void vw_step_destroy(struct vw_step_passes *step);
 
 // Decodes photos, and brings them to the device where it draws.
@@ -38,9 +37,11 @@ void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submi
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            uint32_t first_pixel, float extra);
 // Records the last part: the step's loss and flags, to scalars[scalar_row]. It clears the flags, which the gradients of
-// the next step need; whoever records gradients that are not a step's calls it with VW_NO_ROW.
+// the next step need.
 void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t first_pixel,
                          uint32_t scalar_row);
+// Records that alone, after gradients that are not a step's.
+void vw_step_record_clear(const struct vw_step_passes *step, struct vw_submission *submission);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
 void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,

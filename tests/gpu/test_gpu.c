@@ -66,7 +66,7 @@ TEST(a_device_is_chosen_by_index_name_or_kind) {
     char index[16];
     snprintf(index, sizeof index, "%u", preferred->index);
     bool cpu = preferred->kind == VW_GPU_CPU;
-    const char *const choices[] = {index, upper, cpu ? "cpu" : "gpu"};
+    const char *const choices[] = {index, upper, cpu ? "cpu" : "gpu", cpu ? "CPU" : "GPU"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
         struct vw_gpu *gpu = NULL;
         ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu));

@@ -2,6 +2,7 @@
 
 #include "support/cmocka_test.h"
 
+#include "base/memory.h"
 #include "detect/decide.h"
 #include "gpu/compute.h"
 #include "support/plain_config.h"
@@ -52,6 +53,17 @@ struct vw_config test_config_with(const char *effects) {
 struct vw_scene *test_scene(void) {
     return synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});
+}
+
+void test_hide_some(struct vw_scene *scene) {
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        uint32_t hidden = v == 4 ? 24 : 5 + v; // columns
+        scene->views[v].mask = vw_allocate(24 * 18, 1);
+        assert_non_null(scene->views[v].mask);
+        for (uint32_t i = 0; i < 24 * 18; i++) scene->views[v].mask[i] = i % 24 < hidden ? VW_MASK_HIDE : VW_MASK_KEEP;
+        scene->views[v].has_mask = true;
+    }
+    scene->masked_view_count = scene->view_count;
 }
 
 static void destroy_trainer(void *trainer) { vw_trainer_destroy(&(struct vw_trainer *){trainer}); }

@@ -15,6 +15,8 @@ struct vw_config test_config(void);
 struct vw_config test_config_of(enum vw_field field);   // the same of a small field of another kind
 struct vw_config test_config_with(const char *effects); // the same with exactly these
 struct vw_scene *test_scene(void);
+// Hides a part of its photos, one whole.
+void test_hide_some(struct vw_scene *scene);
 
 // Decides the effects by config->effects and the scene alone, without a pilot run, unless `params` has some. The device
 // is test_gpu() unless it has one. The first returns the status.

@@ -165,17 +165,20 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct vw_param_range *held = &model->ranges[VW_SLOT_APPEARANCE];
     for (uint64_t i = held->offset_bytes / 4; i < (held->offset_bytes + held->size_bytes) / 4; i++)
         assert_true(gradient[i] == 0.0f && moved[i] == lambda[i]);
+    uint32_t counted = vw_step_counted_rays(step, pixel),
+             taken = lasting->backward.rays < counted ? lasting->backward.rays : counted;
+    assert_int_equal(counted<step->rays, lasting->replay.context->scene->masked_view_count> 0);
     const struct vw_push_rays push = {
-        .first_pixel = pixel, .ray_count = lasting->backward.rays, .key = vw_model_key_of_step(model, STEP)};
+        .first_pixel = pixel, .ray_count = taken, .key = vw_model_key_of_step(model, STEP)};
     vw_submission_begin(lasting->replay.submission);
     vw_submission_dispatch(lasting->replay.submission, step->gradient.generate, &push, sizeof push, step->padded_rays);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     struct vw_ray *rays = read_all(step->ray_buffer);
-    double(*places)[2] = places_of(lasting->replay.context, pixel, view, lasting->backward.rays);
+    double(*places)[2] = places_of(lasting->replay.context, pixel, view, taken);
     struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
-                                                         samples_placed(step->places), lasting->backward.rays, view);
+                                                         samples_placed(step->places), taken, view);
     double *expected = as_block(model, reference), difference = 0, size = 0;
-    double factor = (double)step->rays / lasting->backward.rays;
+    double factor = (double)counted / taken;
     for (uint64_t i = 0; i < count; i++) {
         double added = (double)moved[i] - lambda[i], wanted = factor * expected[i];
         difference += (added - wanted) * (added - wanted);
@@ -300,9 +303,12 @@ TEST(meets_the_reference) {
                  {"sky,unbounded", VW_LOSS_HUBER, 0, 0},
                  {"none", VW_LOSS_L2, 0, 24},
                  {"appearance,appearance_code", VW_LOSS_L2, 0, 0},
-                 {"visibility,sky", VW_LOSS_HUBER, 0, 0}};
-    struct vw_scene *scene = test_scene();
+                 {"visibility,sky", VW_LOSS_HUBER, 0, 0},
+                 {"masks", VW_LOSS_L2, 24, 0},
+                 {"masks,visibility,sky", VW_LOSS_L2, 0, 24}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_scene *scene = test_scene();
+        if (!strncmp(cases[i].effects, "masks", 5)) test_hide_some(scene);
         struct vw_config config = test_config();
         config.epochs = 10;
         config.rays = 120;

@@ -33,9 +33,26 @@ static void check_case(const struct step_case *c) {
     test_release(all);
 }
 
+// What step_cases has not.
+static const struct step_case more_cases[] = {
+    {.name = "placed samples", .seed = 61, .importance_samples = 24},
+    {.name = "pose", .seed = 62, .another_effect = "pose"},
+    {.name = "transient", .seed = 63, .another_effect = "transient", .ray_lanes = 8},
+    {.name = "encoder", .seed = 64, .another_effect = "appearance_encoder"},
+    {.name = "mlp",
+     .seed = 65,
+     .field = VW_FIELD_MLP,
+     .width = 16,
+     .mlp_depth = 3,
+     .importance_samples = 24,
+     .own_coarse = true},
+};
+
 TEST(rays_without_weight_change_no_bit) {
     for (uint32_t i = 0; i < step_case_count; i++)
         if (!(step_cases[i].consistency_weight > 0.0)) check_case(&step_cases[i]); // a picture needs all
 }
+
+TEST_CASES(nor_in_other_fields_and_effects, i, VW_ARRAY_COUNT(more_cases)) { check_case(&more_cases[i]); }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -197,6 +197,7 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
                 vw_step_record_gradients(context->step, lasting->replay.submission, step, pixel);
                 vw_step_record_update(context->step, lasting->replay.submission, step, pixel,
                                       step == scaled ? extra : 0.0f);
+                vw_step_record_loss(context->step, lasting->replay.submission, pixel, row);
             }
             if (vw_lasting_is_state(lasting, step) && !nudged)
                 vw_validation_record(context->validation, lasting->replay.submission, row);

@@ -248,24 +248,13 @@ static const struct {
     {VW_FIELD_SPLATS, "masks,background", 0.0, false},
 };
 
-// Hides a part of every photo.
-static void hide(struct vw_scene *scene) {
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        scene->views[v].mask = vw_allocate(24 * 18, 1);
-        assert_non_null(scene->views[v].mask);
-        for (uint32_t i = 0; i < 24 * 18; i++) scene->views[v].mask[i] = i % 24 < 5 + v ? VW_MASK_HIDE : VW_MASK_KEEP;
-        scene->views[v].has_mask = true;
-    }
-    scene->masked_view_count = scene->view_count;
-}
-
 TEST_CASES(pixels_drawn_on_the_device_train_the_same, i, VW_ARRAY_COUNT(drawn_cases)) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config_of(drawn_cases[i].field);
     strcpy(config.effects, drawn_cases[i].effects);
     config.consistency_weight = drawn_cases[i].consistency_weight;
     config.rays = i == 3 ? 3 * 256 : 1100; // the picture has up to 32 x 32 pixels
-    hide(scene);
+    test_hide_some(scene);
     struct vw_trainer *on_device = open_drawing(scene, &config, true, NULL);
     assert_true(drawn_cases[i].sorted ? !on_device->step.photos
                                       : on_device->step.photos && on_device->step.draw_pixels);
@@ -316,6 +305,11 @@ TEST(trainers_share_photos) {
     test_run_assert_same(test_run_of(a), test_run(scene, &config, true, 0));
     test_run_assert_same(test_run_of(b), test_run(scene, &longer, true, 0));
     test_run_assert_same(test_run_of(c), test_run(other, &config, true, 0));
+    struct vw_trainer *const all_trainers[] = {a, b, c};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(all_trainers); i++) test_release(all_trainers[i]);
+    assert_null(submissions->photos); // the next trainer's scene may be at the address of this one
+    struct vw_trainer *d = open_drawing(other, &config, true, submissions);
+    assert_true(d->step.photos && d->step.photos->scene == other);
 }
 
 // A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders

@@ -147,7 +147,8 @@ char *vw_sweep_folder(const struct vw_sweep_state *state, uint32_t configuration
 static enum vw_status measure_field(struct vw_sweep_state *state, const char *path, const struct vw_config *config,
                                     const struct vw_effect_verdict *effects, double *psnr_db) {
     const struct vw_session *session = &state->session;
-    const struct vw_trainer_params params = params_of(session, config, effects, false);
+    struct vw_trainer_params params = params_of(session, config, effects, false);
+    params.awaits_field = true;
     uint32_t *views = NULL, count = 0;
     struct vw_view_error *errors = NULL;
     struct vw_trainer *trainer = NULL;

@@ -182,7 +182,8 @@ static enum vw_status open_field(const struct vw_finished_field *finished, struc
                                              .scene = finished->session->scene,
                                              .config = finished->config,
                                              .effects = finished->session->effects,
-                                             .effect_count = finished->session->effect_count};
+                                             .effect_count = finished->session->effect_count,
+                                             .awaits_field = finished->path != NULL};
     enum vw_status status = vw_trainer_create(&params, trainer);
     if (status) return status;
     return finished->path ? vw_trainer_load_field(*trainer, finished->path) : finish_training(*trainer);

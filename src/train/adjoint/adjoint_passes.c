@@ -387,7 +387,7 @@ static void record_views_back(const struct vw_adjoint_passes *backward, struct v
         }
         vw_gradient_record_end(step, &backward->validation, submission, count);
         record_gather(backward, &backward->adjoint.sum, submission, true, false, 0);
-        vw_step_record_loss(step, submission, 0, VW_NO_ROW);
+        vw_step_record_clear(step, submission);
     }
 }
 
@@ -485,7 +485,7 @@ static void record_product(const struct vw_adjoint_passes *backward, struct vw_s
     }
     vw_gradient_record_end(step, &backward->product, submission, padded);
     record_gather(backward, &backward->adjoint.sum, submission, true, true, padded);
-    vw_step_record_loss(step, submission, rays->first_pixel, VW_NO_ROW);
+    vw_step_record_clear(step, submission);
 }
 
 static void record_reduce(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint32_t row) {
