@@ -30,8 +30,8 @@ static enum vw_status place(struct vw_device_photos *photos, uint64_t *words) {
 
 static enum vw_status create(struct vw_gpu *gpu, struct vw_device_photos *photos) {
     uint64_t words = 0, memory = vw_gpu_get_info(gpu)->memory_bytes, taken = vw_gpu_buffer_bytes(gpu),
-             quarter = memory > taken ? (memory - taken) / 4 : 0, // of what is free
-        binding = vw_gpu_get_limits(gpu)->storage_binding_bytes, most = quarter < binding ? quarter : binding;
+             quarter = memory > taken ? (memory - taken) / 4 : 0,
+             binding = vw_gpu_get_limits(gpu)->storage_binding_bytes, most = quarter < binding ? quarter : binding;
     photos->first_words = vw_allocate(photos->scene->view_count, sizeof *photos->first_words);
     photos->kept = vw_allocate(photos->scene->view_count, sizeof *photos->kept);
     if (!photos->first_words || !photos->kept) return VW_ERROR_MEMORY;

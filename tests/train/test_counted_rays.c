@@ -33,7 +33,7 @@ static void check_case(const struct step_case *c) {
     test_release(all);
 }
 
-// What step_cases has not.
+// Lists what step_cases lacks.
 static const struct step_case more_cases[] = {
     {.name = "placed samples", .seed = 61, .importance_samples = 24},
     {.name = "pose", .seed = 62, .another_effect = "pose"},
