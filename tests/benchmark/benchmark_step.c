@@ -68,7 +68,7 @@ static void choose_yardstick(struct setup *setup) {
     struct vw_config *config = &setup->config;
     *config = vw_config_default;
     config->epochs = 1000000;
-    config->rays = 500, config->samples = 32, config->val_rays = 2048;
+    config->rays = 500, config->samples = 32, config->importance_samples = 0, config->val_rays = 2048;
     config->loss = VW_LOSS_L2;
     config->optimizer = VW_OPTIMIZER_DENSE_ADAM;
     config->beta1 = 0.9;
