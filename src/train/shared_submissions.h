@@ -24,7 +24,7 @@ struct vw_submissions_member {
     // Returns whether it can record steps into the submission `index` now: its steps of that submission are handed out,
     // and one is left that needs no look at the state before.
     bool (*has_steps)(const struct vw_trainer *trainer, uint32_t index);
-    // Decodes the photos that these steps draw from; a failure ends this trainer alone.
+    // Decodes the photos of these steps and brings them to a device that draws; a failure ends this trainer alone.
     void (*take_photos)(struct vw_trainer *trainer);
     void (*record_steps)(struct vw_trainer *trainer, uint32_t index, struct vw_submission *submission);
 };
@@ -53,8 +53,8 @@ uint64_t vw_submissions_unshared_bytes(const struct vw_submissions *submissions,
 
 // ---- For trainers ----
 
-// Returns the photos of a scene, which no other follows at its address, that the device draws from; NULL where the host
-// has to, since they do not fit or trainers of another scene have theirs there.
+// Returns the photos of a scene that the device draws from, kept until the last trainer leaves; NULL where the host has
+// to, since they do not fit or trainers of another scene have theirs there.
 struct vw_device_photos *vw_submissions_take_photos(struct vw_submissions *submissions, struct vw_gpu *gpu,
                                                     const struct vw_scene *scene);
 
