@@ -130,6 +130,13 @@ enum vw_status vw_submission_submit(struct vw_submission *submission);
 // Waits until the submission is done (at once when it was never submitted); READBACK buffers it wrote can then be read.
 enum vw_status vw_submission_wait(struct vw_submission *submission);
 
+// The submissions so far, and those of them at which the device had already done all that came before: there it waited
+// for the host.
+struct vw_submission_counts {
+    uint64_t submitted, host_bound;
+};
+struct vw_submission_counts vw_gpu_submission_counts(const struct vw_gpu *gpu);
+
 // ---- Timers --------------------------------------------------------------------------------------------------------
 
 struct vw_gpu_timer {

@@ -32,6 +32,8 @@ struct vw_gpu {
     struct vw_pipeline *pipelines;   // owned; a list (pipeline.h)
     double pipeline_s;               // seconds that the driver compiled them
     struct vw_submission *recording; // one submission records at a time, so that recording order is submission order
+    struct vw_submission *newest;    // the last one submitted; NULL: none, or it is gone
+    struct vw_submission_counts submission_counts;
     struct vw_gpu_timer *timers;
     size_t timer_count;
     size_t timer_capacity;

@@ -143,19 +143,34 @@ void vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from
 
 // ---- Submitting -----------------------------------------------------------------------------------------------------
 
+struct vw_submission_counts vw_gpu_submission_counts(const struct vw_gpu *gpu) {
+    return gpu->submission_counts;
+}
+
+// Returns whether the device has done all that was submitted: submissions end in order. It is counted and nothing else.
+static bool device_waits(const struct vw_gpu *gpu) {
+    const struct vw_submission *newest = gpu->newest;
+    return !newest || !newest->in_flight || vkGetFenceStatus(gpu->device, newest->fence) == VK_SUCCESS;
+}
+
 static enum vw_status submit(struct vw_submission *submission) {
+    struct vw_gpu *gpu = submission->gpu;
     VkResult result = vkEndCommandBuffer(submission->commands);
     if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", "submission");
-    enum vw_status status = vw_gpu_check_validation(submission->gpu);
+    enum vw_status status = vw_gpu_check_validation(gpu);
     if (status) return status;
-    result = vkResetFences(submission->gpu->device, 1, &submission->fence);
+    result = vkResetFences(gpu->device, 1, &submission->fence);
     if (result) return vw_gpu_fail(result, "vkResetFences", "submission");
     const VkSubmitInfo info = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &submission->commands};
-    result = vkQueueSubmit(submission->gpu->queue, 1, &info, submission->fence);
+    bool host_bound = device_waits(gpu);
+    result = vkQueueSubmit(gpu->queue, 1, &info, submission->fence);
     if (result) return vw_gpu_fail(result, "vkQueueSubmit", "submission");
     submission->in_flight = true;
-    return vw_gpu_check_validation(submission->gpu);
+    gpu->newest = submission;
+    gpu->submission_counts.submitted++;
+    gpu->submission_counts.host_bound += host_bound;
+    return vw_gpu_check_validation(gpu);
 }
 
 enum vw_status vw_submission_submit(struct vw_submission *submission) {
@@ -216,6 +231,7 @@ void vw_submission_destroy(struct vw_submission **submission) {
     if (!dying) return;
     if (!dying->gpu->hung) vw_submission_wait(dying);
     if (dying->gpu->recording == dying) dying->gpu->recording = NULL;
+    if (dying->gpu->newest == dying) dying->gpu->newest = NULL;
     if (!dying->gpu->hung) { // by now
         vkDestroyFence(dying->gpu->device, dying->fence, NULL);
         vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer

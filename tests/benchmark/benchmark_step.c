@@ -5,8 +5,10 @@
 // figures; times are medians per step and training, memory is the most there was; host_ms is the CPU time of the thread
 // that records, draws and reads, pipelines_ms the time in which the driver compiled all pipelines. A driver that runs
 // the device's work on CPUs does so in threads of its own (lavapipe starts one for each queue), so that it does not
-// count.
-// --host splits host_ms, without what hands records out.
+// count. host_bound_percent is the share of submissions at which the device had nothing left to do: it waited for the
+// host.
+// --host splits host_ms, without what hands records out. --profile prints the time of every pass, and beside it that of
+// one workgroup alone and of an empty pass.
 //
 // scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
 // the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
@@ -22,9 +24,10 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "benchmark/step_setup.h"
+#include "do_nothing.h"
 #include "gpu/command_list.h"
 #include "gpu/compute.h"
-#include "interface.h"
 #include "support/synthetic_scene.h"
 #include "support/trainer_fixture.h"
 #include "train/shared_submissions.h"
@@ -32,169 +35,14 @@
 #include "train/trainer_parts.h"
 #include "viewworth/train.h"
 
-static const char USAGE[] =
-    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
-    "       --describe | --host | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
-    "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
-    "       splats downscale\n"
-    "forced: chunk_samples slice_samples slice_parts ray_lanes grid_texel rows_texel skip_zeros draws_pixels\n"
-    "        scatter (0: atomics, 1: split, 2: walk)\n";
-
-enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kind of device
-
-struct setup {
-    struct vw_config config;
-    struct synthetic_scene_params scene;
-    struct vw_scene_params real; // path NULL: the synthetic scene
-    uint32_t steps, rounds;      // steps are spread over the rounds, each with trainers of its own
-    uint32_t together;           // trainings that share their submissions; times are per step and training
-    uint32_t batch;              // steps of one
-    uint32_t chunk_samples, slice_samples, slice_parts, ray_lanes, grid_texel, rows_texel, skip_zeros, draws_pixels,
-        scatter;
-    bool profile;   // also prints the time of every pass
-    bool pipelines; // also prints what the driver tells of every pass
-    bool bits;      // only hashes the records
-    bool describe;  // only the device
-    bool host;      // only what a step takes of the host
-    bool occupancy; // only lists the dispatches of a step
-};
-
-enum { ROUNDS_MAX = 64 };
 static const double WARM_UP_S = 0.5;
-
-// ---- Settings -------------------------------------------------------------------------------------------------------
-
-static void choose_yardstick(struct setup *setup) {
-    struct vw_config *config = &setup->config;
-    *config = vw_config_default;
-    config->epochs = 1000000;
-    config->rays = 500, config->samples = 32, config->importance_samples = 0, config->val_rays = 2048;
-    config->loss = VW_LOSS_L2;
-    config->optimizer = VW_OPTIMIZER_DENSE_ADAM;
-    config->beta1 = 0.9;
-    config->levels = 8, config->features = 2, config->log2_table = 14, config->base_resolution = 8,
-    config->growth = 1.45;
-    config->width = 32;
-    setup->scene =
-        (struct synthetic_scene_params){.train_views = 16, .val_views = 4, .width_px = 160, .height_px = 120};
-    setup->steps = 160;
-    setup->rounds = 5;
-    setup->together = 1;
-    setup->real.downscale = 1;
-    setup->batch = 8;
-    setup->chunk_samples = setup->slice_samples = setup->slice_parts = setup->ray_lanes = UNSET;
-    setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->draws_pixels = setup->scatter = UNSET;
-}
-
-// Sets what a run does unless told otherwise.
-static void choose_run_defaults(struct setup *setup) {
-    setup->config = vw_config_default;
-    setup->config.epochs = 1000000;
-}
-
-// Sets what a run of splats does unless told otherwise.
-static void choose_splats(struct setup *setup) {
-    setup->config = vw_config_of_field(VW_FIELD_SPLATS);
-    setup->config.ssim_weight = 0.0; // as the yardstick
-    setup->config.epochs = 1000000;
-}
-
-static bool set_flag(struct setup *setup, const char *word) {
-    if (!strcmp(word, "--profile")) setup->profile = true;
-    else if (!strcmp(word, "--pipelines")) setup->pipelines = true;
-    else if (!strcmp(word, "--bits")) setup->bits = true;
-    else if (!strcmp(word, "--describe")) setup->describe = true;
-    else if (!strcmp(word, "--host")) setup->host = true;
-    else if (!strcmp(word, "--occupancy")) setup->occupancy = true;
-    else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
-    else if (!strcmp(word, "--splats")) choose_splats(setup);
-    else if (!strncmp(word, "scene=", 6)) setup->real.path = word + 6;
-    else if (!strcmp(word, "--float16")) setup->config.table_precision = VW_TABLE_FLOAT16;
-    else return false;
-    return true;
-}
-
-enum { MOST = 100000000 };
-
-static bool set_number(struct setup *setup, const char *name, size_t name_length, const char *text) {
-    const struct {
-        const char *name;
-        uint32_t *value;
-        uint32_t least, most;
-    } settings[] = {
-        {"steps", &setup->steps, 1, MOST},
-        {"rounds", &setup->rounds, 1, ROUNDS_MAX},
-        {"batch", &setup->batch, 1, MOST},
-        {"together", &setup->together, 1, VW_TRAINERS_TOGETHER_MAX},
-        {"photos", &setup->scene.train_views, 1, MOST},
-        {"width_px", &setup->scene.width_px, 1, MOST},
-        {"height_px", &setup->scene.height_px, 1, MOST},
-        {"rays", &setup->config.rays, 1, MOST},
-        {"samples", &setup->config.samples, 1, MOST},
-        {"val_rays", &setup->config.val_rays, 1, MOST},
-        {"levels", &setup->config.levels, 1, MOST},
-        {"log2_table", &setup->config.log2_table, 1, MOST},
-        {"width", &setup->config.width, 1, MOST},
-        {"splats", &setup->config.splats, 1, MOST},
-        {"downscale", &setup->real.downscale, 1, 64},
-        {"chunk_samples", &setup->chunk_samples, VW_FIELD_GROUP, MOST},
-        {"slice_samples", &setup->slice_samples, 128, VW_FIELD_GROUP},
-        {"slice_parts", &setup->slice_parts, 1, 64},
-        {"ray_lanes", &setup->ray_lanes, 1, 32},
-        {"grid_texel", &setup->grid_texel, 0, 1},
-        {"rows_texel", &setup->rows_texel, 0, 1},
-        {"skip_zeros", &setup->skip_zeros, 0, 1},
-        {"draws_pixels", &setup->draws_pixels, 0, 1},
-        {"scatter", &setup->scatter, SCATTER_ATOMICS, SCATTER_WALK},
-    };
-    char *end;
-    unsigned long number = strtoul(text, &end, 10);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(settings) && end != text && !*end; i++) {
-        if (strlen(settings[i].name) != name_length || strncmp(settings[i].name, name, name_length)) continue;
-        if (number < settings[i].least || number > settings[i].most) return false;
-        *settings[i].value = (uint32_t)number;
-        return true;
-    }
-    return false;
-}
-
-static bool read_arguments(int argc, char **argv, struct setup *setup) {
-    static const char *const bare[] = {"steps", "val_rays"}; // meaning of numbers without a name, in order
-    size_t bare_count = 0;
-    bool good = true;
-    for (int i = 1; i < argc && good; i++) {
-        const char *equals = strchr(argv[i], '=');
-        if (set_flag(setup, argv[i])) continue;
-        if (equals) good = set_number(setup, argv[i], (size_t)(equals - argv[i]), equals + 1);
-        else if (bare_count < VW_ARRAY_COUNT(bare)) {
-            good = set_number(setup, bare[bare_count], strlen(bare[bare_count]), argv[i]);
-            bare_count++;
-        } else good = false;
-    }
-    return good;
-}
-
-// Chooses by the kind of device, unless forced.
-static struct vw_device_choices choose(const struct setup *setup, const struct vw_gpu *gpu) {
-    struct vw_device_choices choices;
-    vw_device_choose(vw_gpu_get_info(gpu), &choices);
-    if (setup->chunk_samples != UNSET) choices.chunk_samples = setup->chunk_samples;
-    if (setup->slice_samples != UNSET) choices.slice_samples = setup->slice_samples;
-    if (setup->slice_parts != UNSET) choices.slice_parts = setup->slice_parts;
-    if (setup->ray_lanes != UNSET) choices.ray_lanes = setup->ray_lanes;
-    if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
-    if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
-    if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
-    if (setup->draws_pixels != UNSET) choices.draws_pixels = setup->draws_pixels;
-    if (setup->scatter != UNSET) choices.scatter = (enum vw_scatter_form)setup->scatter;
-    return choices;
-}
 
 // ---- Measuring ------------------------------------------------------------------------------------------------------
 
 struct timing {
     double wall_ms, cpu_ms; // per step
     double host_ms;         // the part of cpu_ms in the thread that records and reads
+    double host_bound_percent;
 };
 
 static int ascending(const void *a, const void *b) {
@@ -221,7 +69,7 @@ static double peak_resident_mib(void) {
 
 static enum vw_status open_trainer(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
                                    bool validate, struct vw_submissions *submissions, struct vw_trainer **trainer) {
-    const struct vw_device_choices choices = choose(setup, gpu);
+    const struct vw_device_choices choices = step_setup_choose(setup, gpu);
     return test_trainer_try((struct vw_trainer_params){.gpu = gpu,
                                                        .scene = scene,
                                                        .config = &setup->config,
@@ -274,6 +122,10 @@ static enum vw_status warm_up(const struct vw_gpu *gpu, const struct group *grou
     return status;
 }
 
+static double host_bound_percent(struct vw_submission_counts before, struct vw_submission_counts after) {
+    return 100.0 * (double)(after.host_bound - before.host_bound) / (double)(after.submitted - before.submitted);
+}
+
 // Takes medians over `batches` batches.
 static enum vw_status time_batches(const struct vw_gpu *gpu, const struct group *group, uint32_t batches,
                                    struct timing *timing) {
@@ -282,6 +134,7 @@ static enum vw_status time_batches(const struct vw_gpu *gpu, const struct group 
            *host_ms = vw_allocate(batches, sizeof *host_ms);
     bool made = wall_ms && cpu_ms && host_ms;
     enum vw_status status = made ? warm_up(gpu, group) : VW_ERROR_MEMORY;
+    const struct vw_submission_counts before = vw_gpu_submission_counts(gpu);
     for (uint32_t i = 0; i < batches && status == VW_OK; i++) {
         double wall_s = vw_now_s(), all_s = cpu_s(CLOCK_PROCESS_CPUTIME_ID), host_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
         status = advance(group, &count);
@@ -290,7 +143,8 @@ static enum vw_status time_batches(const struct vw_gpu *gpu, const struct group 
         host_ms[i] = 1e3 * (cpu_s(CLOCK_THREAD_CPUTIME_ID) - host_s) / count;
     }
     if (status == VW_OK)
-        *timing = (struct timing){median(wall_ms, batches), median(cpu_ms, batches), median(host_ms, batches)};
+        *timing = (struct timing){median(wall_ms, batches), median(cpu_ms, batches), median(host_ms, batches),
+                                  host_bound_percent(before, vw_gpu_submission_counts(gpu))};
     free(host_ms);
     free(wall_ms);
     free(cpu_ms);
@@ -312,7 +166,19 @@ static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scen
 
 static void print_figures(const struct timing *with, const struct timing *without, uint32_t rounds,
                           const struct vw_trainer_stats *stats, const struct vw_gpu *gpu) {
-    enum { TRAIN, VALIDATE, TRAIN_CPU, VALIDATE_CPU, SCORING, SCORING_CPU, HOST, SCORING_HOST, FIGURES };
+    enum {
+        TRAIN,
+        VALIDATE,
+        TRAIN_CPU,
+        VALIDATE_CPU,
+        SCORING,
+        SCORING_CPU,
+        HOST,
+        SCORING_HOST,
+        BOUND,
+        SCORING_BOUND,
+        FIGURES
+    };
     double figures[FIGURES][ROUNDS_MAX];
     for (uint32_t i = 0; i < rounds; i++) {
         figures[TRAIN][i] = without[i].wall_ms;
@@ -323,23 +189,103 @@ static void print_figures(const struct timing *with, const struct timing *withou
         figures[SCORING_CPU][i] = with[i].cpu_ms / without[i].cpu_ms;
         figures[HOST][i] = without[i].host_ms;
         figures[SCORING_HOST][i] = with[i].host_ms;
+        figures[BOUND][i] = without[i].host_bound_percent;
+        figures[SCORING_BOUND][i] = with[i].host_bound_percent;
     }
-    static const char *const names[FIGURES] = {"train_ms",   "val_ms",         "train_cpu_ms",
-                                               "val_cpu_ms", "scoring_ratio",  "scoring_cpu_ratio",
-                                               "host_ms",    "scoring_host_ms"};
+    static const char *const names[FIGURES] = {
+        "train_ms",          "val_ms",  "train_cpu_ms",    "val_cpu_ms",         "scoring_ratio",
+        "scoring_cpu_ratio", "host_ms", "scoring_host_ms", "host_bound_percent", "scoring_host_bound_percent"};
     for (int f = 0; f < FIGURES; f++) printf("%s %.4f ", names[f], median(figures[f], rounds));
     printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f pipelines %" PRIu32 " pipelines_ms %.1f device %s\n",
            stats->val_rays, (double)stats->device_bytes / 1048576.0, peak_resident_mib(), vw_gpu_pipeline_count(gpu),
            1e3 * vw_gpu_pipeline_s(gpu), vw_gpu_get_info(gpu)->name);
 }
 
-static void print_timers(const struct vw_gpu *gpu) {
+// ---- Passes ---------------------------------------------------------------------------------------------------------
+
+static const struct vw_shader empty_shader = {"empty pass", do_nothing_code, sizeof do_nothing_code};
+
+// Dispatches one workgroup of every pass of a step, and after each an empty pass. Only `empty` where the passes walk
+// over lists that the others leave them, as those of splats.
+static enum vw_status run_alone(struct vw_submission *submission, const struct vw_command_list *list, uint32_t commands,
+                                const struct vw_pass *empty, bool only_empty) {
+    vw_submission_begin(submission);
+    for (uint32_t i = 0; i < commands; i++) {
+        const struct vw_command *command = &list->commands[i];
+        if (command->pass && !only_empty)
+            vw_submission_dispatch(submission, command->pass, list->pushes + command->push_offset_bytes,
+                                   command->pass->push_bytes, 1);
+        vw_submission_dispatch(submission, empty, NULL, 0, 1);
+    }
+    enum vw_status status = vw_submission_submit(submission);
+    return status == VW_OK ? vw_submission_wait(submission) : status;
+}
+
+// The timers as they are; later ones follow them. Owned by the caller.
+struct timers {
+    struct vw_gpu_timer *list;
+    uint32_t count;
+};
+
+static enum vw_status copy_timers(const struct vw_gpu *gpu, struct timers *copy) {
+    const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &copy->count);
+    copy->list = vw_allocate(copy->count, sizeof *timers);
+    if (copy->list) memcpy(copy->list, timers, copy->count * sizeof *timers);
+    return copy->list ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// Times every pass alone, with a trained group in hand; `before`: the timers after a first round, in which the driver
+// may compile.
+static enum vw_status time_alone(struct vw_gpu *gpu, const struct group *group, const struct setup *setup,
+                                 struct timers *before) {
+    enum { REPEATS = 32 };
+    const struct vw_command_list *list = vw_submission_list(group->submissions->submissions[1]);
+    const uint32_t commands = (uint32_t)(list->count / (setup->batch * setup->together));
+    struct vw_submission *submission = NULL;
+    struct vw_pass *empty = NULL;
+    enum vw_status status =
+        vw_pass_create(gpu, &(struct vw_pass_params){.shader = &empty_shader, .role = "zero line"}, &empty);
+    if (status == VW_OK) status = vw_submission_create(gpu, &submission);
+    for (int i = 0; i <= REPEATS && status == VW_OK; i++) {
+        status = run_alone(submission, list, commands, empty, setup->config.field == VW_FIELD_SPLATS);
+        if (i == 0 && status == VW_OK) status = copy_timers(gpu, before);
+    }
+    vw_submission_destroy(&submission);
+    vw_pass_destroy(&empty);
+    return status;
+}
+
+// Prints what of a pass's time is not work: an empty pass shows what the barrier and the timestamps take, one workgroup
+// how long the loops of an invocation are, whose trips wait for each other. Memory is in caches then.
+static void print_timers(const struct vw_gpu *gpu, const struct timers *whole, const struct timers *before) {
     uint32_t count;
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
-    for (uint32_t i = 0; i < count; i++)
-        printf("  %-18s %-10s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name,
-               timers[i].role ? timers[i].role : "", (unsigned long long)timers[i].dispatches, timers[i].total_ms,
-               timers[i].total_ms / (double)timers[i].dispatches);
+    for (uint32_t i = 0; i < before->count; i++) {
+        const struct vw_gpu_timer *first = &before->list[i], *all = i < whole->count ? &whole->list[i] : NULL;
+        const uint64_t dispatches = timers[i].dispatches - first->dispatches;
+        const double alone_ms = (timers[i].total_ms - first->total_ms) / (double)dispatches;
+        printf("  %-18s %-10s ", first->name, first->role ? first->role : "");
+        if (all)
+            printf("%8" PRIu64 " dispatches %10.1f ms %8.4f ms each", all->dispatches, all->total_ms,
+                   all->total_ms / (double)all->dispatches);
+        else printf("%8" PRIu64 " dispatches %10s    %8.4f ms each", dispatches, "", alone_ms);
+        if (all && dispatches) printf(" %8.4f ms one workgroup alone", alone_ms);
+        printf("\n");
+    }
+}
+
+static enum vw_status print_profile(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
+    struct timers whole = {0}, before = {0};
+    struct group group = {0};
+    enum vw_status status = copy_timers(gpu, &whole);
+    if (status == VW_OK) status = open_group(gpu, scene, setup, true, &group);
+    if (status == VW_OK) status = warm_up(gpu, &group);
+    if (status == VW_OK) status = time_alone(gpu, &group, setup, &before);
+    if (status == VW_OK) print_timers(gpu, &whole, &before);
+    close_group(&group);
+    free(whole.list);
+    free(before.list);
+    return status;
 }
 
 // ---- The host -------------------------------------------------------------------------------------------------------
@@ -525,7 +471,7 @@ static void print_limits(const struct vw_gpu_limits *l) {
 
 static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
     static const char *const scatter_names[] = {"64-bit atomics", "split atomics", "walk"};
-    const struct vw_device_choices choices = choose(setup, gpu);
+    const struct vw_device_choices choices = step_setup_choose(setup, gpu);
     struct vw_gpu_peaks peaks = {0};
     enum vw_status status = vw_gpu_measure_peaks(gpu, &peaks);
     if (status != VW_OK) return status;
@@ -554,8 +500,7 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
         if (status == VW_OK) status = time_steps(gpu, scene, setup, true, &with[i], &stats);
     }
     if (status == VW_OK) print_figures(with, without, setup->rounds, &stats, gpu);
-    if (status == VW_OK && setup->profile) print_timers(gpu);
-    return status;
+    return status == VW_OK && setup->profile ? print_profile(gpu, scene, setup) : status;
 }
 
 static enum vw_status run(const struct setup *setup) {
@@ -579,8 +524,7 @@ static enum vw_status run(const struct setup *setup) {
 
 int main(int argc, char **argv) {
     struct setup setup = {0};
-    choose_yardstick(&setup);
-    if (!read_arguments(argc, argv, &setup)) return fputs(USAGE, stderr), 2;
+    if (!step_setup_read(argc, argv, &setup)) return step_setup_print_usage(), 2;
     enum vw_status status = run(&setup);
     if (status != VW_OK) fprintf(stderr, "benchmark_step: %s\n", vw_error_message());
     return vw_exit_code(status);

@@ -409,6 +409,47 @@ TEST(there_are_no_timers_unless_asked) {
     assert_int_equal(count, 0);
 }
 
+// ---- Host-bound submissions -----------------------------------------------------------------------------------------
+
+enum { PEAK_INVOCATIONS = 1 << 16 }; // a tenth of a second of two CPUs
+
+// Submits the pass; returns whether that was host-bound.
+static bool is_host_bound(struct vw_submission *submission, const struct vw_pass *pass, uint64_t invocations) {
+    static const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f};
+    struct vw_submission_counts before = vw_gpu_submission_counts(test_gpu());
+    vw_submission_begin(submission);
+    vw_submission_dispatch(submission, pass, &push, sizeof push, invocations);
+    ASSERT_OK(vw_submission_submit(submission));
+    struct vw_submission_counts after = vw_gpu_submission_counts(test_gpu());
+    assert_int_equal(after.submitted - before.submitted, 1);
+    return after.host_bound > before.host_bound;
+}
+
+TEST(submissions_to_a_device_that_waits_are_counted) {
+    struct vw_submission *one = test_submission(test_gpu()), *other = test_submission(test_gpu());
+    struct vw_buffer *buffer = test_buffer(test_gpu(), "to", 16 * PEAK_INVOCATIONS);
+    const struct vw_binding to = {.slot = VW_SLOT_PEAK_TO, .buffer = buffer};
+    const struct vw_pass *pass = test_pass(
+        test_gpu(),
+        (struct vw_pass_params){.shader = &vw_shader_multiply_registers, .bindings = &to, .binding_count = 1});
+    uint32_t word;
+    bool beside = true;
+    assert_true(is_host_bound(one, pass, 1));
+    ASSERT_OK(vw_submission_wait(one));
+    assert_true(is_host_bound(one, pass, 1));
+    ASSERT_OK(vw_buffer_read(buffer, 0, &word, sizeof word)); // ends what it does not wait for
+    assert_true(is_host_bound(other, pass, 1));
+    for (int attempt = 0; attempt < 10 && beside; attempt++) { // since the host may lose its core for that long
+        ASSERT_OK(vw_submission_wait(other));
+        ASSERT_OK(vw_submission_wait(one));
+        assert_true(is_host_bound(one, pass, PEAK_INVOCATIONS));
+        beside = is_host_bound(other, pass, 1);
+    }
+    ASSERT_OK(vw_submission_wait(other));
+    ASSERT_OK(vw_submission_wait(one));
+    assert_false(beside);
+}
+
 // ---- Waits that end ------------------------------------------------------------------------------------------------
 
 static const char LIMIT_NAME[] = "VIEWWORTH_DEVICE_TIMEOUT_S";
