@@ -205,8 +205,8 @@ static void print_figures(const struct timing *with, const struct timing *withou
 
 static const struct vw_shader empty_shader = {"empty pass", do_nothing_code, sizeof do_nothing_code};
 
-// Dispatches one workgroup of every pass of a step, and after each an empty pass. Only `empty` where the passes walk
-// over lists that the others leave them, as those of splats.
+// Dispatches one workgroup of every pass of a step, and after each an empty pass; only empty ones where passes walk
+// over lists that others leave them, as those of splats.
 static enum vw_status run_alone(struct vw_submission *submission, const struct vw_command_list *list, uint32_t commands,
                                 const struct vw_pass *empty, bool only_empty) {
     vw_submission_begin(submission);
@@ -234,8 +234,7 @@ static enum vw_status copy_timers(const struct vw_gpu *gpu, struct timers *copy)
     return copy->list ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// Times every pass alone, with a trained group in hand; `before`: the timers after a first round, in which the driver
-// may compile.
+// Times every pass of a trained group alone; `before`: the timers after a first round, in which the driver may compile.
 static enum vw_status time_alone(struct vw_gpu *gpu, const struct group *group, const struct setup *setup,
                                  struct timers *before) {
     enum { REPEATS = 32 };
@@ -255,21 +254,29 @@ static enum vw_status time_alone(struct vw_gpu *gpu, const struct group *group, 
     return status;
 }
 
-// Prints what of a pass's time is not work: an empty pass shows what the barrier and the timestamps take, one workgroup
-// how long the loops of an invocation are, whose trips wait for each other. Memory is in caches then.
+// Returns what a timer has counted since.
+static struct vw_gpu_timer since(const struct vw_gpu_timer *now, const struct vw_gpu_timer *before) {
+    return (struct vw_gpu_timer){now->name, now->role, now->dispatches - before->dispatches,
+                                 now->total_ms - before->total_ms};
+}
+
+static double mean_ms(const struct vw_gpu_timer *timer) { return timer->total_ms / (double)timer->dispatches; }
+
+static void print_timer(const struct vw_gpu_timer *timer) {
+    printf("  %-18s %-10s %8" PRIu64 " dispatches %10.1f ms %8.4f ms each", timer->name, timer->role ? timer->role : "",
+           timer->dispatches, timer->total_ms, mean_ms(timer));
+}
+
+// Prints the passes of steps (`whole`) and then the empty pass. An empty pass shows what the barrier and the timestamps
+// take, one workgroup how long the loops of an invocation are, whose trips wait for each other; memory is in caches
+// then.
 static void print_timers(const struct vw_gpu *gpu, const struct timers *whole, const struct timers *before) {
     uint32_t count;
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
     for (uint32_t i = 0; i < before->count; i++) {
-        const struct vw_gpu_timer *first = &before->list[i], *all = i < whole->count ? &whole->list[i] : NULL;
-        const uint64_t dispatches = timers[i].dispatches - first->dispatches;
-        const double alone_ms = (timers[i].total_ms - first->total_ms) / (double)dispatches;
-        printf("  %-18s %-10s ", first->name, first->role ? first->role : "");
-        if (all)
-            printf("%8" PRIu64 " dispatches %10.1f ms %8.4f ms each", all->dispatches, all->total_ms,
-                   all->total_ms / (double)all->dispatches);
-        else printf("%8" PRIu64 " dispatches %10s    %8.4f ms each", dispatches, "", alone_ms);
-        if (all && dispatches) printf(" %8.4f ms one workgroup alone", alone_ms);
+        const struct vw_gpu_timer alone = since(&timers[i], &before->list[i]);
+        print_timer(i < whole->count ? &whole->list[i] : &alone);
+        if (i < whole->count && alone.dispatches) printf(" %8.4f ms one workgroup alone", mean_ms(&alone));
         printf("\n");
     }
 }

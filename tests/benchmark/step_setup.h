@@ -1,4 +1,4 @@
-// What benchmark_step is asked for.
+// The settings of benchmark_step.
 #ifndef VIEWWORTH_TESTS_BENCHMARK_STEP_SETUP_H
 #define VIEWWORTH_TESTS_BENCHMARK_STEP_SETUP_H
 
