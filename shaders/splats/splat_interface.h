@@ -87,7 +87,7 @@ struct vw_splat_state {
     vw_uint overflow;            // not 0: there were more pairs than have room, and none is listed; or too many in one tile
 };
 
-// ---- Push constants ----
+// ---- Push blocks ----
 struct vw_push_splats {      // the passes of splats but update_splats
     vw_uint count, stride;   // splats, and the room for them in a column
     vw_uint degree;          // degree of the harmonics that count
