@@ -42,7 +42,7 @@ static enum vw_status reserve(struct vw_gpu *gpu, struct vw_pushes *pushes, size
     const uint32_t range_bytes = gpu->chosen.limits.push_bytes;
     const struct vw_buffer_params params = {
         .name = "push blocks", .size_bytes = size_bytes + range_bytes, .memory = VW_BUFFER_SHARED};
-    if (pushes->buffer && pushes->buffer->size_bytes >= params.size_bytes) return VW_OK;
+    if (pushes->buffer && vw_buffer_size_bytes(pushes->buffer) >= params.size_bytes) return VW_OK;
     vw_buffer_destroy(&pushes->buffer);
     enum vw_status status = vw_buffer_create(gpu, &params, &pushes->buffer);
     if (status) return status;
@@ -58,6 +58,6 @@ static enum vw_status reserve(struct vw_gpu *gpu, struct vw_pushes *pushes, size
 
 enum vw_status vw_pushes_write(struct vw_gpu *gpu, struct vw_pushes *pushes, const void *blocks, size_t size_bytes) {
     enum vw_status status = size_bytes ? reserve(gpu, pushes, size_bytes) : VW_OK;
-    if (!status && size_bytes) memcpy(pushes->buffer->mapped, blocks, size_bytes);
+    if (!status && size_bytes) memcpy(vw_buffer_map(pushes->buffer), blocks, size_bytes);
     return status;
 }
