@@ -6,7 +6,7 @@
 
 #include "viewworth/gpu.h"
 
-enum { VW_PUSH_BYTES_MAX = 128 }; // of a push block, whose range is bound as long for every dispatch
+enum { VW_PUSH_BYTES_MAX = 128 }; // the most of a push block; so many are bound for every dispatch
 
 // A physical device as listed.
 struct vw_candidate {

@@ -469,7 +469,7 @@ static enum vw_status print_bits(struct vw_gpu *gpu, const struct vw_scene *scen
 static void print_dispatch(const struct vw_command *command, uint32_t stage, int step) {
     static const char *const steps[] = {"the one before", "this", "the next"};
     const struct vw_pass *pass = command->pass;
-    const struct vw_workgroups *groups = &command->groups; // of a dispatch
+    const struct vw_workgroups *groups = &command->groups; // unless it is a copy
     const uint64_t count = pass ? (uint64_t)groups->x * groups->y : 0;
     const char *whose = step < -1 || step > 1 ? "another" : steps[step + 1];
     printf("| %" PRIu32 " | %s | %s | %s | ", stage, pass ? pass->name : "copy", pass && pass->role ? pass->role : "",

@@ -485,7 +485,7 @@ TEST(what_was_destroyed_is_not_submitted_again) {
 
 TEST(a_failure_between_leaves_no_trace) {
     struct bench bench = open_bench(test_gpu());
-    const struct vw_pass *const begun[] = {bench.a_to_b, bench.a_to_c}; // equal as far as it goes; another one
+    const struct vw_pass *const begun[] = {bench.a_to_b, bench.a_to_c}; // the same as before, and another
     submit_scale(&bench, bench.a_to_b, 2, VALUES);
     for (uint32_t i = 0; i < 2; i++) {
         vw_submission_begin(bench.submission);
