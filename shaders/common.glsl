@@ -7,7 +7,7 @@
 #include "invocation.glsl"
 
 #define BUFFER(slot) layout(set = 0, binding = slot, scalar)
-#define PUSH layout(push_constant, scalar)
+#define PUSH layout(set = 1, binding = 0, scalar) // VW_PUSH_SET of src/gpu/spirv.h
 
 // Tests the bits: a driver may assume that floats are never NaN and fold isnan away.
 bool finite(float x) { return (floatBitsToUint(x) & 0x7F800000u) != 0x7F800000u; }

@@ -411,13 +411,13 @@ struct vw_ray_range {
     vw_uint first, count;
 };
 
-// Numbers of the optimiser, a part of push constants, so that another learning rate compiles nothing.
+// Numbers of the optimiser, a part of push blocks, so that another learning rate compiles nothing.
 struct vw_adam { float learning_rate, beta1, beta2, log2_beta1, log2_beta2; };
 
 #include "recipe/recipe_interface.h"
 #include "splats/splat_interface.h"
 
-// ---- Push constants --------------------------------------------------------------------------------------------------
+// ---- Push blocks -----------------------------------------------------------------------------------------------------
 // `key` is what random numbers are keyed by: seed and step, low word first. No constant, so that trainings with other seeds share
 // their pipelines.
 struct vw_push_draw {        // draw_pixels; side: vw_pixel_draw.picture_side, or that of tiles; first_mask_word 0: none

@@ -2,7 +2,7 @@
 #ifndef RANDOM_GLSL
 #define RANDOM_GLSL
 
-// Returns random words; `seed_step` is the key of the push constants.
+// Returns random words; `seed_step` is the key of the push block.
 uvec4 random_words(uint purpose, uvec4 seed_step, uint a, uint b) {
     uvec2 key = seed_step.xy;
     uvec4 counter = uvec4(seed_step.z, seed_step.w | purpose << 24, a, b);

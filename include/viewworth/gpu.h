@@ -19,7 +19,7 @@ struct vw_gpu_limits {
     uint64_t buffer_bytes;          // largest single buffer (and memory allocation)
     uint32_t texel_elements;        // most texels of one texel-buffer view
     uint32_t shared_memory_bytes;   // per workgroup
-    uint32_t push_constant_bytes;
+    uint32_t push_bytes;            // the most that a dispatch is given
     uint32_t workgroup_invocations; // most invocations of one workgroup
     uint32_t workgroup_size_x;
     uint32_t workgroup_count_x; // most workgroups of one dispatch in x and in y
@@ -28,11 +28,13 @@ struct vw_gpu_limits {
     uint32_t texel_buffers;   // sampled, per stage
     uint32_t storage_offset_alignment_bytes;
     uint32_t texel_offset_alignment_bytes;
+    uint32_t push_offset_alignment_bytes;
     bool int64;         // 64-bit integers in shaders
     bool int64_atomics; // 64-bit integer atomics on storage buffers (implies int64)
     bool timestamps;    // the compute queue can write timestamps
     bool keeps_nan;     // shaders can demand that NaN, infinity and the sign of zero are kept
     bool unrolls_loops; // drivers are asked to unroll loops; not so with VIEWWORTH_LOOPS=kept, for slow compilers
+    bool resubmits;     // commands that equal the last ones are submitted again, not written again
 };
 
 // The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature; of

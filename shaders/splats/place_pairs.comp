@@ -49,6 +49,8 @@ void main() {
     sighting_pairs[sightings + 1u] = drawn;
     state.seen_groups = uvec3(divide_up(drawn, 64u), 1u, 1u);
     state.sort_groups = uvec3(divide_up(listed, SORT_LANES * SORT_KEYS), 1u, 1u);
+    state.tile_groups = uvec3(divide_up(push.tile_count * SPLAT_LANES, SPLAT_GROUP), 1u, 1u);
+    state.square_groups = uvec3(push.squares, 1u, 1u);
     state.seen = drawn;
     state.pairs = listed;
     state.overflow = uint(!fits);

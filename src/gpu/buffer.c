@@ -22,6 +22,8 @@ static int choose_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, enum
     const VkMemoryPropertyFlags coherent = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     int type = -1;
     if (memory == VW_BUFFER_DEVICE) type = find_memory_type(gpu, type_bits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+    if (memory == VW_BUFFER_SHARED)
+        type = find_memory_type(gpu, type_bits, coherent | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
     if (memory == VW_BUFFER_READBACK)
         type = find_memory_type(gpu, type_bits, coherent | VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
     if (type < 0) type = find_memory_type(gpu, type_bits, memory == VW_BUFFER_DEVICE ? 0 : coherent);
@@ -138,8 +140,8 @@ static enum vw_status create_handle(struct vw_buffer *buffer) {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = (buffer->size_bytes + 3) & ~(uint64_t)3, // vkCmdFillBuffer clears whole words
         .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                 VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+                 VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
     };
     VkResult result = vkCreateBuffer(buffer->gpu->device, &info, NULL, &buffer->handle);
     if (result) return vw_gpu_fail(result, "vkCreateBuffer", buffer->name);
@@ -180,6 +182,7 @@ void vw_buffer_destroy(struct vw_buffer **buffer) {
         vkDestroyBuffer(dying->gpu->device, dying->handle, NULL);
         vkFreeMemory(dying->gpu->device, dying->memory, NULL);
     }
+    dying->gpu->destroyed++;
     dying->gpu->buffer_bytes -= dying->size_bytes;
     free(dying->ranges.list);
     free(dying->name);

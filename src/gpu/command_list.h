@@ -13,14 +13,20 @@ struct vw_workgroups {
     uint64_t offset_bytes;
 };
 
-struct vw_command {
-    uint64_t stage;
-    uint32_t next;              // the stage's next command in the order of recording; VW_NO_COMMAND: none
-    const struct vw_pass *pass; // NULL: a copy
-    struct vw_workgroups groups;
-    size_t push_offset_bytes; // place of its push constants
+struct vw_copy {
     struct vw_buffer *from, *to;
     VkBufferCopy region;
+};
+
+struct vw_command {
+    const struct vw_pass *pass; // NULL: a copy
+    uint32_t stage;             // from the first of its list on
+    uint32_t next;              // the stage's next command in the order of recording; VW_NO_COMMAND: none
+    uint32_t push_offset_bytes; // place of its push block
+    union {
+        struct vw_workgroups groups;
+        struct vw_copy copy;
+    };
 };
 
 enum { VW_NO_COMMAND = UINT32_MAX };
@@ -35,22 +41,29 @@ struct vw_command_list {
     uint8_t *pushes;
     struct vw_stage *stages; // from first_stage on
     size_t count, capacity, push_bytes, push_capacity, stage_count, stage_capacity;
+    size_t written_count; // commands that were written last; they are still there unless `differs`
+    bool differs;         // one was replaced since by another one
     uint64_t first_stage, last_stage;
     bool one_by_one; // every command has a stage of its own, so that times of passes do not overlap
-    uint32_t barrier_count;
 };
 
 // Empties the list; its commands run in stages from `first_stage` on.
 void vw_command_list_begin(struct vw_command_list *list, uint64_t first_stage, bool one_by_one);
 void vw_command_list_free(struct vw_command_list *list);
 
-// Adds a dispatch; `push` has as many bytes as the pass says. VW_ERROR_MEMORY.
+// Adds a dispatch; its push block `push` has as many bytes as the pass says. VW_ERROR_MEMORY.
 enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const struct vw_pass *pass, const void *push,
                                             struct vw_workgroups groups);
 enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_buffer *from, struct vw_buffer *to,
                                         VkBufferCopy region);
-// Writes all commands, stage by stage, with barriers between, and one after the last for the host.
-void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer);
+// Returns the number of barriers between the stages.
+uint32_t vw_command_list_barriers(const struct vw_command_list *list);
+// Returns whether the list has the same commands as when it was written last, apart from what is pushed.
+bool vw_command_list_is_written(const struct vw_command_list *list);
+// Writes all commands, stage by stage, with barriers between, and one after the last for the host. `pushes` is the set
+// of their push blocks.
+void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, VkDescriptorSet pushes,
+                           struct vw_submission_timer *timer);
 
 // Returns the commands that the submission recorded, in this order.
 const struct vw_command_list *vw_submission_list(const struct vw_submission *submission);

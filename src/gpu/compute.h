@@ -28,6 +28,7 @@ uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu); // bytes of all live buf
 enum vw_buffer_memory {
     VW_BUFFER_DEVICE,   // device memory; the host goes through vw_buffer_write/read
     VW_BUFFER_UPLOAD,   // host memory the GPU reads; mapped
+    VW_BUFFER_SHARED,   // device memory the host writes, where there is some, else as UPLOAD; mapped
     VW_BUFFER_READBACK, // host-cached memory the GPU writes; mapped
 };
 
@@ -42,8 +43,9 @@ enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_param
 // Destroys a buffer. The caller makes sure that no submission still uses it.
 void vw_buffer_destroy(struct vw_buffer **buffer);
 uint64_t vw_buffer_size_bytes(const struct vw_buffer *buffer);
-// Returns the mapped, coherent memory of an UPLOAD or READBACK buffer; NULL for DEVICE. It is valid until destroy. The
-// caller must not touch it while a submission uses it, and never reads that of UPLOAD: discrete cards do not cache it.
+// Returns the mapped, coherent memory of an UPLOAD, SHARED or READBACK buffer; NULL for DEVICE. It is valid until
+// destroy. The caller must not touch it while a submission uses it, and never reads that of UPLOAD or SHARED: discrete
+// cards do not cache it.
 void *vw_buffer_map(struct vw_buffer *buffer);
 // Copies between host and any buffer and waits for the GPU; ordered after everything submitted before.
 enum vw_status vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes);
@@ -111,7 +113,7 @@ void vw_submission_begin(
     struct vw_submission *submission); // must not be in flight; one submission of a device records at a time
 // Runs at least `invocations` invocations: ceil(invocations / workgroup size) workgroups, folded into y beyond
 // workgroup_count_x (shaders find their index with invocation_index() of shaders/invocation.glsl). `push_bytes` must
-// equal the size of the shader's push constant block. It runs as early as the accesses recorded before allow, also
+// equal the size of the shader's push block. It runs as early as the accesses recorded before allow, also
 // before or beside commands recorded earlier.
 void vw_submission_dispatch(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                             size_t push_bytes, uint64_t invocations);
@@ -126,6 +128,7 @@ void vw_submission_dispatch_indirect(struct vw_submission *submission, const str
 void vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
                         struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
 // Ends recording and submits; several submissions may be in flight, they run in order. Reports what recording met.
+// Commands that equal those it submitted last, but for what is pushed, are not written for the device again.
 enum vw_status vw_submission_submit(struct vw_submission *submission);
 // Waits until the submission is done (at once when it was never submitted); READBACK buffers it wrote can then be read.
 enum vw_status vw_submission_wait(struct vw_submission *submission);

@@ -6,6 +6,7 @@
 #include "gpu/debug.h"
 #include "gpu/extensions.h"
 #include "gpu/pipeline.h"
+#include "gpu/pushes.h"
 #include "gpu/shader_cache.h"
 #include "gpu/shader_controls.h"
 #include "gpu/transfer.h"
@@ -176,6 +177,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
     if (!status) status = vw_wait_choose_limit(made);
     if (!status) status = create_device(made, params->statistics);
     if (!status) status = vw_transfer_open(made);
+    if (!status) status = vw_pushes_open(made);
     if (!status) status = vw_shader_cache_open(made);
     if (status) {
         vw_gpu_close(&made);
@@ -216,6 +218,7 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
         vw_buffer_destroy(&closing->staging);
         vw_shader_cache_close(closing);
         vw_pipelines_destroy(closing);
+        vw_pushes_close(closing);
         vw_transfer_close(closing);
         vkDestroyDevice(closing->device, NULL);
     }

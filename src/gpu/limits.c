@@ -13,7 +13,7 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     .buffer_bytes = 1u << 30,
     .texel_elements = 65536,
     .shared_memory_bytes = 16384,
-    .push_constant_bytes = 128,
+    .push_bytes = 128,
     .workgroup_invocations = 256,
     .workgroup_size_x = 256,
     .workgroup_count_x = 65535,
@@ -22,6 +22,7 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     .texel_buffers = 16,
     .storage_offset_alignment_bytes = 256,
     .texel_offset_alignment_bytes = 256,
+    .push_offset_alignment_bytes = 256,
     .unrolls_loops = true, // a choice, which no device lacks
 };
 
@@ -31,11 +32,12 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     DO(buffer_bytes)                                                                                                   \
     DO(texel_elements)                                                                                                 \
     DO(shared_memory_bytes)                                                                                            \
-    DO(push_constant_bytes)                                                                                            \
+    DO(push_bytes)                                                                                                     \
     DO(workgroup_invocations)                                                                                          \
     DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
-#define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
-#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps) DO(keeps_nan) DO(unrolls_loops)
+#define FOR_EACH_ALIGNMENT(DO)                                                                                         \
+    DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes) DO(push_offset_alignment_bytes)
+#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps) DO(keeps_nan) DO(unrolls_loops) DO(resubmits)
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp) {
 #define LOWER(field)                                                                                                   \
@@ -125,7 +127,8 @@ static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint
         .buffer_bytes = allocation_bytes,
         .texel_elements = device->maxTexelBufferElements,
         .shared_memory_bytes = device->maxComputeSharedMemorySize,
-        .push_constant_bytes = device->maxPushConstantsSize,
+        .push_bytes =
+            device->maxUniformBufferRange < VW_PUSH_BYTES_MAX ? device->maxUniformBufferRange : VW_PUSH_BYTES_MAX,
         .workgroup_invocations = device->maxComputeWorkGroupInvocations,
         .workgroup_size_x = device->maxComputeWorkGroupSize[0],
         .workgroup_count_x = device->maxComputeWorkGroupCount[0],
@@ -134,6 +137,7 @@ static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint
         .texel_buffers = device->maxPerStageDescriptorSampledImages, // texel buffers count as sampled images
         .storage_offset_alignment_bytes = (uint32_t)device->minStorageBufferOffsetAlignment,
         .texel_offset_alignment_bytes = (uint32_t)device->minTexelBufferOffsetAlignment,
+        .push_offset_alignment_bytes = (uint32_t)device->minUniformBufferOffsetAlignment,
     };
 }
 
@@ -183,6 +187,7 @@ static void query_core(struct vw_candidate *candidate) {
     limits->timestamps = candidate->timestamp_bits > 0;
     limits->keeps_nan = core12.shaderSignedZeroInfNanPreserveFloat32;
     limits->unrolls_loops = vw_loops_unroll();
+    limits->resubmits = true;
     info->arithmetic = arithmetic_of(&core11, &core12);
     info->arithmetic.int64_atomics = limits->int64_atomics;
     info->arithmetic.driver_version = version;

@@ -94,12 +94,10 @@ static enum vw_status create_set_layout(const struct vw_gpu *gpu, const struct v
 
 static enum vw_status create_layout(const struct vw_gpu *gpu, const struct vw_spirv *spirv,
                                     struct vw_pipeline *pipeline) {
-    const VkPushConstantRange push = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = spirv->push_bytes};
+    const VkDescriptorSetLayout sets[] = {pipeline->set_layout, [VW_PUSH_SET] = gpu->push_layout};
     const VkPipelineLayoutCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                             .setLayoutCount = 1,
-                                             .pSetLayouts = &pipeline->set_layout,
-                                             .pushConstantRangeCount = spirv->push_bytes ? 1 : 0,
-                                             .pPushConstantRanges = &push};
+                                             .setLayoutCount = spirv->push_bytes ? VW_PUSH_SET + 1 : VW_PUSH_SET,
+                                             .pSetLayouts = sets};
     VkResult result = vkCreatePipelineLayout(gpu->device, &info, NULL, &pipeline->layout);
     return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pipeline->shader->name) : VW_OK;
 }

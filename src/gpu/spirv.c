@@ -298,15 +298,19 @@ static bool describe_slot(const struct module *module, const uint32_t *variable,
     return true;
 }
 
+static uint32_t set_of(const struct module *module, const uint32_t *variable) {
+    uint32_t set = 0;
+    find_decoration(module, variable[2], DECORATION_SET, &set);
+    return set;
+}
+
 static enum vw_status add_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
                                struct vw_spirv *spirv) {
     struct vw_spirv_slot slot = {0};
-    uint32_t set = 0;
     find_decoration(module, variable[2], DECORATION_BINDING, &slot.slot);
-    find_decoration(module, variable[2], DECORATION_SET, &set);
-    if (set || !describe_slot(module, variable, type, &slot))
+    if (set_of(module, variable) || !describe_slot(module, variable, type, &slot))
         return vw_fail(VW_ERROR_DEVICE,
-                       "shader %s, slot %u: neither a storage nor a texel buffer of set 0; declare it as one",
+                       "shader %s, slot %u: neither a storage nor a texel buffer of set 0, nor PUSH; declare it as one",
                        module->name, slot.slot);
     for (uint32_t i = 0; i < spirv->slot_count; i++) {
         struct vw_spirv_slot *same = &spirv->slots[i];
@@ -331,9 +335,10 @@ static enum vw_status read_variable(const struct module *module, const uint32_t 
     struct layout layout;
     switch (variable[3]) {
     case CLASS_UNIFORM_CONSTANT:
-    case CLASS_UNIFORM:
-    case CLASS_STORAGE_BUFFER: return add_slot(module, variable, type, spirv);
     case CLASS_PUSH_CONSTANT:
+    case CLASS_STORAGE_BUFFER: return add_slot(module, variable, type, spirv);
+    case CLASS_UNIFORM:
+        if (set_of(module, variable) != VW_PUSH_SET) return add_slot(module, variable, type, spirv);
         layout = layout_of(module, type[1]);
         spirv->push_bytes = (uint32_t)round_up(layout.bytes, layout.scalar);
         return VW_OK;

@@ -9,6 +9,7 @@
 #include "viewworth/gpu.h"
 
 enum { VW_SPIRV_MAX_SLOTS = 64, VW_SPIRV_MAX_CONSTANTS = 128 };
+enum { VW_PUSH_SET = 1 }; // the descriptor set whose binding 0 is a dispatch's push block, a uniform buffer
 
 // One binding of descriptor set 0. Variables that share a binding are one slot.
 struct vw_spirv_slot {
@@ -21,7 +22,7 @@ struct vw_spirv_slot {
 struct vw_spirv {
     struct vw_spirv_slot slots[VW_SPIRV_MAX_SLOTS];
     uint32_t slot_count;
-    uint32_t push_bytes;        // as sizeof the same struct in C: rounded up to its widest scalar
+    uint32_t push_bytes; // size of its push block, as sizeof the same struct in C: rounded up to its widest scalar
     uint32_t workgroup_size[3]; // after specialization
     uint64_t shared_bytes; // after specialization; a length that is not a plain expression of constants counts as 0
     bool needs_int64;

@@ -24,15 +24,17 @@ struct vw_gpu {
     char pipeline_cache_name[64];               // name of its file in the cache folder
     uint8_t pipeline_cache_hash[VW_HASH_BYTES]; // hash of the file as it was read
     VkCommandPool transfer_pool;
-    VkCommandBuffer transfer;        // for copies that the host waits for
-    VkFence transfer_fence;          // signalled when they are done
-    struct vw_buffer *staging;       // made at the first such copy
-    uint64_t buffer_bytes;           // sum over all live buffers
-    uint64_t stage;                  // the newest one given out
-    struct vw_pipeline *pipelines;   // owned; a list (pipeline.h)
-    double pipeline_s;               // seconds that the driver compiled them
-    struct vw_submission *recording; // one submission records at a time, so that recording order is submission order
-    struct vw_submission *newest;    // the last one submitted; NULL: none, or it is gone
+    VkCommandBuffer transfer;          // for copies that the host waits for
+    VkFence transfer_fence;            // signalled when they are done
+    struct vw_buffer *staging;         // made at the first such copy
+    VkDescriptorSetLayout push_layout; // layout of the set of push blocks (pushes.h)
+    uint64_t buffer_bytes;             // sum over all live buffers
+    uint64_t destroyed;                // how many passes and buffers were: another may have their address
+    uint64_t stage;                    // the newest one given out
+    struct vw_pipeline *pipelines;     // owned; a list (pipeline.h)
+    double pipeline_s;                 // seconds that the driver compiled them
+    struct vw_submission *recording;   // one submission records at a time, so that recording order is submission order
+    struct vw_submission *newest;      // the last one submitted; NULL: none, or it is gone
     struct vw_submission_counts submission_counts;
     struct vw_gpu_timer *timers;
     size_t timer_count;

@@ -6,6 +6,7 @@
 #include "gpu/buffer.h"
 #include "gpu/command_list.h"
 #include "gpu/debug.h"
+#include "gpu/pushes.h"
 #include "gpu/transfer.h"
 
 struct vw_submission {
@@ -16,13 +17,21 @@ struct vw_submission {
     struct vw_submission_timer timer;
     bool in_flight;
     struct vw_command_list list;
+    struct vw_pushes pushes;
+    bool recorded;      // `commands` are those that the list wrote last
+    uint64_t destroyed; // that of the device when they were recorded
+    uint64_t recordings;
     enum vw_status status; // the first failure of this recording
     char message[512];
 };
 
 uint32_t vw_submission_commands(const struct vw_submission *submission) { return (uint32_t)submission->list.count; }
 
-uint32_t vw_submission_barriers(const struct vw_submission *submission) { return submission->list.barrier_count; }
+uint32_t vw_submission_barriers(const struct vw_submission *submission) {
+    return vw_command_list_barriers(&submission->list);
+}
+
+uint64_t vw_submission_recordings(const struct vw_submission *submission) { return submission->recordings; }
 
 const struct vw_command_list *vw_submission_list(const struct vw_submission *submission) { return &submission->list; }
 
@@ -55,13 +64,6 @@ static enum vw_status begin(struct vw_submission *submission) {
     if (!can_record(submission)) return submission->status;
 
     vw_command_list_begin(&submission->list, ++gpu->stage, submission->timer.queries != VK_NULL_HANDLE);
-    VkResult result = vkResetCommandPool(gpu->device, submission->pool, 0);
-    if (result) return vw_gpu_fail(result, "vkResetCommandPool", "submission");
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
-    result = vkBeginCommandBuffer(submission->commands, &info);
-    if (result) return vw_gpu_fail(result, "vkBeginCommandBuffer", "submission");
-    vw_submission_timer_reset(gpu, &submission->timer);
     return VW_OK;
 }
 
@@ -86,8 +88,8 @@ static enum vw_status split_into_rows(const struct vw_pass *pass, uint64_t invoc
 static enum vw_status dispatch(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                                size_t push_bytes, struct vw_workgroups groups) {
     if (push_bytes != pass->push_bytes)
-        return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name,
-                       push_bytes, pass->push_bytes);
+        return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu bytes pushed, the shader has %u", pass->name, push_bytes,
+                       pass->push_bytes);
     return vw_command_list_add_dispatch(&submission->list, pass, push, groups);
 }
 
@@ -143,6 +145,32 @@ void vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from
 
 // ---- Submitting -----------------------------------------------------------------------------------------------------
 
+// Returns whether the commands recorded last do what the list says. What is destroyed may be replaced by something else
+// at the same address. Times are asked for anew each time.
+static bool is_recorded(const struct vw_submission *submission) {
+    const struct vw_gpu *gpu = submission->gpu;
+    return submission->recorded && gpu->chosen.limits.resubmits && !submission->timer.queries &&
+           submission->destroyed == gpu->destroyed && vw_command_list_is_written(&submission->list);
+}
+
+static enum vw_status record(struct vw_submission *submission) {
+    struct vw_gpu *gpu = submission->gpu;
+    submission->recorded = false;
+    VkResult result = vkResetCommandPool(gpu->device, submission->pool, 0);
+    if (result) return vw_gpu_fail(result, "vkResetCommandPool", "submission");
+    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    result = vkBeginCommandBuffer(submission->commands, &info);
+    if (result) return vw_gpu_fail(result, "vkBeginCommandBuffer", "submission");
+    vw_submission_timer_reset(gpu, &submission->timer);
+    vw_command_list_write(&submission->list, submission->commands, submission->pushes.set, &submission->timer);
+    result = vkEndCommandBuffer(submission->commands);
+    if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", "submission");
+    submission->recorded = true;
+    submission->destroyed = gpu->destroyed;
+    submission->recordings++;
+    return vw_gpu_check_validation(gpu);
+}
+
 struct vw_submission_counts vw_gpu_submission_counts(const struct vw_gpu *gpu) {
     return gpu->submission_counts;
 }
@@ -155,11 +183,7 @@ static bool device_waits(const struct vw_gpu *gpu) {
 
 static enum vw_status submit(struct vw_submission *submission) {
     struct vw_gpu *gpu = submission->gpu;
-    VkResult result = vkEndCommandBuffer(submission->commands);
-    if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", "submission");
-    enum vw_status status = vw_gpu_check_validation(gpu);
-    if (status) return status;
-    result = vkResetFences(gpu->device, 1, &submission->fence);
+    VkResult result = vkResetFences(gpu->device, 1, &submission->fence);
     if (result) return vw_gpu_fail(result, "vkResetFences", "submission");
     const VkSubmitInfo info = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &submission->commands};
@@ -180,8 +204,10 @@ enum vw_status vw_submission_submit(struct vw_submission *submission) {
         submission->gpu->stage = submission->list.last_stage;
     }
     if (!recorded) return vw_fail(submission->status, "%s", submission->message);
-    vw_command_list_write(&submission->list, submission->commands, &submission->timer);
-    return submit(submission);
+    const struct vw_command_list *list = &submission->list;
+    enum vw_status status = vw_pushes_write(submission->gpu, &submission->pushes, list->pushes, list->push_bytes);
+    if (!status && !is_recorded(submission)) status = record(submission);
+    return status ? status : submit(submission);
 }
 
 enum vw_status vw_submission_wait(struct vw_submission *submission) {
@@ -217,6 +243,7 @@ enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **s
     if (!made) return VW_ERROR_MEMORY;
     made->gpu = gpu;
     enum vw_status status = create_commands(made);
+    if (!status) status = vw_pushes_create(gpu, &made->pushes);
     if (!status) status = vw_submission_timer_create(gpu, &made->timer);
     if (status) {
         vw_submission_destroy(&made);
@@ -237,6 +264,7 @@ void vw_submission_destroy(struct vw_submission **submission) {
         vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
         vw_submission_timer_destroy(dying->gpu, &dying->timer);
     }
+    vw_pushes_destroy(dying->gpu, &dying->pushes);
     vw_command_list_free(&dying->list);
     free(dying);
     *submission = NULL;

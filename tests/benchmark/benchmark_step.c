@@ -7,8 +7,8 @@
 // the device's work on CPUs does so in threads of its own (lavapipe starts one for each queue), so that it does not
 // count. host_bound_percent is the share of submissions at which the device had nothing left to do: it waited for the
 // host.
-// --host splits host_ms, without what hands records out. --profile prints the time of every pass, and beside it that of
-// one workgroup alone and of an empty pass.
+// --host splits host_ms, without what hands records out, and says how many submissions were recorded. --profile prints
+// the time of every pass, and beside it that of one workgroup alone and of an empty pass.
 //
 // scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
 // the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
@@ -28,6 +28,7 @@
 #include "do_nothing.h"
 #include "gpu/command_list.h"
 #include "gpu/compute.h"
+#include "gpu/hazard.h"
 #include "support/synthetic_scene.h"
 #include "support/trainer_fixture.h"
 #include "train/shared_submissions.h"
@@ -369,7 +370,9 @@ static enum vw_status print_host(struct vw_gpu *gpu, const struct vw_scene *scen
         printf("%s %.2f ", names[p], part_us);
         sum_us += part_us;
     }
-    if (status == VW_OK) printf("sum_us %.2f\n", sum_us);
+    if (status == VW_OK)
+        printf("sum_us %.2f recordings %" PRIu64 " of %" PRIu32 "\n", sum_us, vw_submission_recordings(submission),
+               setup->rounds + 1);
     vw_submission_destroy(&submission);
     close_group(&group);
     return status;
@@ -414,13 +417,13 @@ static enum vw_status print_bits(struct vw_gpu *gpu, const struct vw_scene *scen
 
 // ---- Occupancy ------------------------------------------------------------------------------------------------------
 
-static void print_dispatch(const struct vw_command *command, uint64_t stage, int step) {
+static void print_dispatch(const struct vw_command *command, uint32_t stage, int step) {
     static const char *const steps[] = {"the one before", "this", "the next"};
     const struct vw_pass *pass = command->pass;
-    const struct vw_workgroups *groups = &command->groups;
-    const uint64_t count = (uint64_t)groups->x * groups->y;
+    const struct vw_workgroups *groups = &command->groups; // unless it is a copy
+    const uint64_t count = pass ? (uint64_t)groups->x * groups->y : 0;
     const char *whose = step < -1 || step > 1 ? "another" : steps[step + 1];
-    printf("| %" PRIu64 " | %s | %s | %s | ", stage, pass ? pass->name : "copy", pass && pass->role ? pass->role : "",
+    printf("| %" PRIu32 " | %s | %s | %s | ", stage, pass ? pass->name : "copy", pass && pass->role ? pass->role : "",
            whose);
     if (!pass) printf("| | |\n");
     else if (groups->listed) printf("by the device | | |\n");
@@ -432,14 +435,14 @@ static void print_dispatch(const struct vw_command *command, uint64_t stage, int
 // Prints the stages from the one in which a step in the middle of a submission begins up to the one of the next step.
 static void print_stages(const struct vw_command_list *list, uint32_t steps) {
     const uint32_t per_step = (uint32_t)(list->count / steps), first = steps / 2 * per_step;
-    const uint64_t begin = list->commands[first].stage, end = list->commands[first + per_step].stage;
+    const uint32_t begin = list->commands[first].stage, end = list->commands[first + per_step].stage;
     printf(
         "| stage | pass | role | of step | workgroups | invocations | warps of 32 |\n|---|---|---|---|---|---|---|\n");
-    for (uint64_t stage = begin; stage < end; stage++)
-        for (uint32_t i = list->stages[stage - list->first_stage].first; i != VW_NO_COMMAND; i = list->commands[i].next)
+    for (uint32_t stage = begin; stage < end; stage++)
+        for (uint32_t i = list->stages[stage].first; i != VW_NO_COMMAND; i = list->commands[i].next)
             print_dispatch(&list->commands[i], stage - begin, (int)(i / per_step) - (int)(steps / 2));
-    printf("\ncommands %" PRIu32 " barriers %" PRIu64 " per step; %.2f in %" PRIu32 " steps of a submission\n",
-           per_step, end - begin, (double)list->barrier_count / steps, steps);
+    printf("\ncommands %" PRIu32 " barriers %" PRIu32 " per step; %.2f in %" PRIu32 " steps of a submission\n",
+           per_step, end - begin, (double)vw_command_list_barriers(list) / steps, steps);
 }
 
 // Prints what a step occupies in the second submission, since the steps of one overlap.
@@ -467,7 +470,7 @@ static void print_limits(const struct vw_gpu_limits *l) {
            l->buffer_bytes);
     printf("| texel elements | %" PRIu32 " |\n| shared memory, bytes | %" PRIu32 " |\n", l->texel_elements,
            l->shared_memory_bytes);
-    printf("| push constants, bytes | %" PRIu32 " |\n| workgroup invocations | %" PRIu32 " |\n", l->push_constant_bytes,
+    printf("| push block, bytes | %" PRIu32 " |\n| workgroup invocations | %" PRIu32 " |\n", l->push_bytes,
            l->workgroup_invocations);
     printf("| workgroups in x, y | %" PRIu32 ", %" PRIu32 " |\n", l->workgroup_count_x, l->workgroup_count_y);
     printf("| storage buffers, texel buffers of a stage | %" PRIu32 ", %" PRIu32 " |\n", l->storage_buffers,
@@ -517,6 +520,7 @@ static enum vw_status run(const struct setup *setup) {
     enum vw_status status = setup->real.path ? vw_scene_open(&setup->real, &scene) : VW_OK;
     if (status == VW_OK && setup->real.path) status = vw_scene_decode_all(scene);
     if (status == VW_OK) status = vw_gpu_open(&params, &gpu);
+    if (status == VW_OK) gpu->chosen.limits.resubmits = setup->resubmits;
     if (status == VW_OK)
         status = setup->describe    ? describe(gpu, setup)
                  : setup->bits      ? print_bits(gpu, scene, setup)

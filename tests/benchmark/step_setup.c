@@ -15,7 +15,7 @@ static const char USAGE[] =
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
     "forced: chunk_samples slice_samples slice_parts ray_lanes grid_texel rows_texel skip_zeros draws_pixels\n"
-    "        scatter (0: atomics, 1: split, 2: walk)\n";
+    "        resubmits scatter (0: atomics, 1: split, 2: walk)\n";
 
 void step_setup_print_usage(void) { fputs(USAGE, stderr); }
 
@@ -41,6 +41,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->batch = 8;
     setup->chunk_samples = setup->slice_samples = setup->slice_parts = setup->ray_lanes = UNSET;
     setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->draws_pixels = setup->scatter = UNSET;
+    setup->resubmits = 1;
 }
 
 // Sets what a run does unless told otherwise.
@@ -102,6 +103,7 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"rows_texel", &setup->rows_texel, 0, 1},
         {"skip_zeros", &setup->skip_zeros, 0, 1},
         {"draws_pixels", &setup->draws_pixels, 0, 1},
+        {"resubmits", &setup->resubmits, 0, 1},
         {"scatter", &setup->scatter, SCATTER_ATOMICS, SCATTER_WALK},
     };
     char *end;

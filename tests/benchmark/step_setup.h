@@ -16,7 +16,7 @@ struct setup {
     uint32_t together;           // trainings that share their submissions; times are per step and training
     uint32_t batch;              // steps of one
     uint32_t chunk_samples, slice_samples, slice_parts, ray_lanes, grid_texel, rows_texel, skip_zeros, draws_pixels,
-        scatter;
+        resubmits, scatter;
     bool profile;   // also prints the time of every pass
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records

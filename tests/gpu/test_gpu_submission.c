@@ -321,7 +321,7 @@ TEST(listed_workgroups_out_of_place_are_refused) {
     }
     vw_submission_begin(bench.submission);
     vw_submission_dispatch_indirect(bench.submission, bench.a_to_b, NULL, 0, bench.c, 0);
-    ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, "0 push constant bytes given");
+    ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, "0 bytes pushed");
 }
 
 TEST(nothing_to_do_is_done) {
@@ -340,7 +340,7 @@ TEST(the_first_failure_sticks_until_submit) {
     vw_submission_copy(bench.submission, bench.a, 4, bench.b, 0, VALUE_BYTES);
     scale(bench.submission, bench.a_to_b, 3);
     ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE,
-                 "pass scale_values: 4 push constant bytes given, the shader has 8");
+                 "pass scale_values: 4 bytes pushed, the shader has 8");
     assert_values(bench.b, 0);
 
     vw_submission_begin(bench.submission);
@@ -375,6 +375,130 @@ TEST(one_submission_records_at_a_time) {
     assert_values(bench.c, 6);
 }
 
+// ---- Submitting again
+// ------------------------------------------------------------------------------------------------
+
+static void submit_scale(const struct bench *bench, const struct vw_pass *pass, uint32_t factor, uint64_t invocations) {
+    vw_submission_begin(bench->submission);
+    vw_submission_dispatch(bench->submission, pass, &(struct scale_push){VALUES, factor}, sizeof(struct scale_push),
+                           invocations);
+    finish(bench->submission);
+}
+
+static void assert_recordings(const struct bench *bench, uint64_t recordings) {
+    assert_int_equal(vw_submission_recordings(bench->submission), recordings);
+}
+
+TEST(equal_commands_are_submitted_again_with_other_pushes) {
+    for (int forbidden = 0; forbidden < 2; forbidden++) {
+        struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+        clamp.resubmits = !forbidden;
+        struct bench bench = open_bench(test_gpu_open((struct vw_gpu_params){.validation = true, .clamp = &clamp}));
+        for (uint32_t round = 1; round <= 3; round++) {
+            vw_submission_begin(bench.submission);
+            scale(bench.submission, bench.a_to_b, round);
+            scale(bench.submission, bench.b_to_c, 5);
+            vw_submission_copy(bench.submission, bench.b, 0, bench.a, 0, VALUE_BYTES);
+            finish(bench.submission);
+            assert_epochs(&bench, 3, 1);
+            assert_recordings(&bench, forbidden ? round : 1);
+        }
+        assert_values(bench.a, 1 * 2 * 3);
+        assert_values(bench.c, 1 * 2 * 3 * 5);
+    }
+}
+
+TEST(other_commands_are_recorded) {
+    struct bench bench = open_bench(test_gpu());
+    const uint32_t groups[] = {1, 1, 1, 1, 1};
+    uint64_t recordings = 0;
+    ASSERT_OK(vw_buffer_write(bench.c, 0, groups, sizeof groups));
+    for (uint64_t offset_bytes = 0; offset_bytes <= 4; offset_bytes += 4) { // listed elsewhere
+        vw_submission_begin(bench.submission);
+        dispatch_listed(&bench, bench.a_to_b, bench.c, offset_bytes);
+        finish(bench.submission);
+        assert_recordings(&bench, ++recordings);
+    }
+    submit_scale(&bench, bench.a_to_b, 0, VALUES); // not listed
+    assert_recordings(&bench, ++recordings);
+    assert_values(bench.b, 0);
+    submit_scale(&bench, bench.a_to_b, 9, VALUES / 2); // fewer workgroups
+    assert_recordings(&bench, ++recordings);
+    submit_scale(&bench, bench.a_to_c, 7, VALUES / 2); // another pass
+    assert_recordings(&bench, ++recordings);
+    for (uint64_t from_bytes = 0; from_bytes < VALUE_BYTES; from_bytes += VALUE_BYTES / 2) { // other copies
+        vw_submission_begin(bench.submission);
+        vw_submission_copy(bench.submission, bench.b, 0, bench.c, from_bytes, VALUE_BYTES / 2);
+        finish(bench.submission);
+        assert_recordings(&bench, ++recordings);
+    }
+    uint32_t values[VALUES];
+    ASSERT_OK(vw_buffer_read(bench.c, 0, values, VALUE_BYTES));
+    for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], 9 * (i % (VALUES / 2) + 1));
+}
+
+TEST(more_and_fewer_commands_are_recorded) {
+    static const uint32_t counts[] = {1, 200, 199, 1}; // with more pushes than there was room for
+    struct bench bench = open_bench(test_gpu());
+    uint32_t values[VALUES];
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(counts); i++) {
+        vw_submission_begin(bench.submission);
+        for (uint32_t k = 0; k < counts[i]; k++) // the k-th reaches the first values
+            vw_submission_dispatch(bench.submission, bench.a_to_b, &(struct scale_push){counts[i] - k, i + k},
+                                   sizeof(struct scale_push), VALUES);
+        finish(bench.submission);
+        assert_recordings(&bench, i + 1);
+        ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
+        for (uint32_t k = 0; k < counts[i]; k++) assert_int_equal(values[k], (i + counts[i] - 1 - k) * (k + 1));
+    }
+}
+
+// Another pass may be where one was.
+TEST(what_was_destroyed_is_not_submitted_again) {
+    struct bench bench = open_bench(test_gpu());
+    const struct vw_binding bindings[] = {{.slot = 0, .buffer = bench.a}, {.slot = 3, .buffer = bench.b}};
+    for (uint32_t offset = 1; offset <= 4; offset++) {
+        const uint32_t specialization[] = {0, 0, offset};
+        struct vw_pass *pass = NULL;
+        ASSERT_OK(vw_pass_create(bench.gpu,
+                                 &(struct vw_pass_params){.shader = &scale_values,
+                                                          .specialization = specialization,
+                                                          .specialization_count = 3,
+                                                          .bindings = bindings,
+                                                          .binding_count = 2},
+                                 &pass));
+        submit_scale(&bench, pass, 3, VALUES);
+        uint32_t values[VALUES];
+        ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
+        for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], 3 * (i + 1) + offset);
+        vw_pass_destroy(&pass);
+    }
+    assert_recordings(&bench, 4);
+    for (int i = 0; i < 2; i++) submit_scale(&bench, bench.a_to_c, 2, VALUES);
+    assert_recordings(&bench, 5);
+    struct vw_buffer *buffer = NULL;
+    ASSERT_OK(vw_buffer_create(bench.gpu, &(struct vw_buffer_params){.name = "any", .size_bytes = 4}, &buffer));
+    vw_buffer_destroy(&buffer);
+    submit_scale(&bench, bench.a_to_c, 2, VALUES);
+    assert_recordings(&bench, 6);
+}
+
+TEST(a_failure_between_leaves_no_trace) {
+    struct bench bench = open_bench(test_gpu());
+    const struct vw_pass *const begun[] = {bench.a_to_b, bench.a_to_c}; // the same as before, and another
+    submit_scale(&bench, bench.a_to_b, 2, VALUES);
+    for (uint32_t i = 0; i < 2; i++) {
+        vw_submission_begin(bench.submission);
+        scale(bench.submission, begun[i], 7);
+        vw_submission_dispatch(bench.submission, bench.a_to_b, NULL, 0, VALUES);
+        ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, "0 bytes pushed");
+        submit_scale(&bench, bench.a_to_b, 3 + i, VALUES);
+        assert_values(bench.b, 3 + i);
+        assert_recordings(&bench, 1 + i);
+    }
+    assert_values(bench.c, 0);
+}
+
 // ---- Timers ---------------------------------------------------------------------------------------------------------
 
 TEST(timers_add_up_by_pass_name) {
@@ -398,6 +522,7 @@ TEST(timers_add_up_by_pass_name) {
     assert_string_equal(timers[1].name, "gather_texels");
     assert_int_equal(timers[1].dispatches, 2);
     for (uint32_t i = 0; i < count; i++) assert_true(timers[i].total_ms > 0 && timers[i].total_ms < 60000);
+    assert_recordings(&bench, 2);
 }
 
 TEST(there_are_no_timers_unless_asked) {

@@ -101,7 +101,7 @@ uint64_t step_bench_lanes(const struct step_bench *bench, uint32_t rays);
 void step_bench_submit(struct step_bench *bench);
 // Returns how many passes have met a param that would not be finite, since the flags were cleared last; clears them.
 uint32_t step_bench_take_overflows(struct step_bench *bench);
-// Returns the push constants of a step in one chunk.
+// Returns the push block of a step in one chunk.
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number);
 
 // Reads a whole buffer; step_bench_write() writes one.

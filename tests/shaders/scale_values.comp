@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 #include "invocation.glsl"
 
 layout(constant_id = 2) const uint OFFSET = 0;
-layout(push_constant, scalar) uniform Push {
+layout(set = 1, binding = 0, scalar) uniform Push {
     uint count;
     uint factor;
 };

@@ -56,7 +56,8 @@ enum {
 static struct guarded {
     struct vw_buffer *buffer;
     char name[48];
-    uint64_t before_bytes; // the band before it; what a pass makes for itself it also binds itself, and has none
+    uint64_t before_bytes; // the band before it; what passes and submissions make for themselves they also bind, and
+                           // has none
     uint64_t size_bytes;   // between the bands
     uint32_t number;       // place among all buffers so far
 } guarded[BUFFERS_MAX];
@@ -84,13 +85,15 @@ static uint64_t band_offset(const struct guarded *it, int side) {
     return side == BEFORE ? 0 : it->before_bytes + it->size_bytes;
 }
 
+static bool binds_itself(const char *name) { return name && (!strcmp(name, "unused") || !strcmp(name, "push blocks")); }
+
 static enum vw_status guard(struct vw_buffer *buffer, const struct vw_buffer_params *params) {
     size_t i = 0;
     while (i < BUFFERS_MAX && guarded[i].buffer) i++;
     if (i == BUFFERS_MAX)
         return vw_fail(VW_ERROR_MEMORY, "more than %d buffers at once; raise BUFFERS_MAX in %s", BUFFERS_MAX, __FILE__);
     guarded[i] = (struct guarded){.buffer = buffer, .size_bytes = params->size_bytes, .number = buffer_count++};
-    guarded[i].before_bytes = params->name && !strcmp(params->name, "unused") ? 0 : BAND_BYTES;
+    guarded[i].before_bytes = binds_itself(params->name) ? 0 : BAND_BYTES;
     snprintf(guarded[i].name, sizeof guarded[i].name, "%s", params->name ? params->name : "unnamed");
     enum vw_status status = VW_OK;
     for (int side = guarded[i].before_bytes ? BEFORE : BEHIND; side <= BEHIND && !status; side++) {

@@ -259,9 +259,10 @@ void splat_bench_run(struct splat_bench *bench, bool gradient, bool update) {
     const struct vw_push_splat_update by = splat_bench_update(bench);
     const struct vw_step_state fresh = {0};
     ASSERT_OK(vw_buffer_write(bench->step_state, 0, &fresh, sizeof fresh));
+    bench->push.squares = count_squares(bench);
     vw_submission_begin(bench->submission);
     vw_splat_drawing_record(&bench->drawing, bench->submission, &bench->push);
-    if (gradient) vw_splat_gradient_record(&bench->gradient, bench->submission, &bench->push, count_squares(bench));
+    if (gradient) vw_splat_gradient_record(&bench->gradient, bench->submission, &bench->push);
     if (update) vw_splat_update_record(&bench->gradient, bench->submission, &by);
     ASSERT_OK(vw_submission_submit(bench->submission));
     ASSERT_OK(vw_submission_wait(bench->submission));

@@ -236,6 +236,17 @@ TEST_CASES(the_choices_for_each_kind_train_the_same, i, VW_ARRAY_COUNT(kinds)) {
     test_run_assert_same(same, ordinary);
 }
 
+static const enum vw_field fields[] = {VW_FIELD_HASH, VW_FIELD_MLP, VW_FIELD_SPLATS};
+
+TEST_CASES(commands_submitted_again_train_the_same, i, VW_ARRAY_COUNT(fields)) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config_of(fields[i]);
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    assert_true(clamp.resubmits);
+    clamp.resubmits = false;
+    test_run_assert_same(run_clamped(scene, &config, &clamp, NULL, 0), test_run(scene, &config, true, 2));
+}
+
 static const struct {
     enum vw_field field;
     const char *effects;

@@ -53,7 +53,7 @@ static uint32_t bind_own(const struct vw_step_passes *step, const struct vw_cons
     return 4;
 }
 
-// Creates the passes over the buffers of the step. Outside of training the push constants name a photo.
+// Creates the passes over the buffers of the step. Outside of training the push block names a photo.
 static enum vw_status create_on_step(const struct vw_step_passes *step, const struct vw_specialization *rendering,
                                      struct vw_consistency_effect *it) {
     struct vw_binding bindings[VW_SLOT_COUNT];

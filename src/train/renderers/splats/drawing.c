@@ -119,12 +119,12 @@ void vw_splat_drawing_record(const struct vw_splat_drawing *d, struct vw_submiss
     struct vw_push_splats push = *of;
     push.pair_capacity = d->room.pairs;
     const uint64_t seen = offsetof(struct vw_splat_state, seen_groups);
-    vw_submission_dispatch(submission, d->mark, &push, sizeof push, push.tile_count);
+    vw_submission_dispatch(submission, d->mark, &push, sizeof push, d->room.tiles);
     vw_submission_dispatch_rows(submission, d->project, &push, sizeof push, push.count, push.view_count);
     vw_submission_dispatch(submission, d->place, &push, sizeof push, 1);
     vw_submission_dispatch_indirect(submission, d->emit, &push, sizeof push, d->state, seen);
     vw_submission_dispatch_indirect(submission, d->colour, &push, sizeof push, d->state, seen);
     record_sort(d, submission, &push);
-    vw_submission_dispatch(submission, d->blend, &push, sizeof push,
-                           (uint64_t)push.tile_count * d->specialization.lanes);
+    vw_submission_dispatch_indirect(submission, d->blend, &push, sizeof push, d->state,
+                                    offsetof(struct vw_splat_state, tile_groups));
 }

@@ -57,16 +57,16 @@ void vw_splat_gradient_destroy(struct vw_splat_gradient *gradient) {
 }
 
 void vw_splat_gradient_record(const struct vw_splat_gradient *g, struct vw_submission *submission,
-                              const struct vw_push_splats *push, uint32_t squares) {
+                              const struct vw_push_splats *push) {
     const struct vw_splat_drawing *d = g->drawing;
     uint64_t pixels = (uint64_t)d->specialization.side * d->specialization.side;
     if (g->windows)
-        vw_submission_dispatch(submission, g->windows, push, sizeof *push,
-                               (uint64_t)squares * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE);
+        vw_submission_dispatch_indirect(submission, g->windows, push, sizeof *push, d->state,
+                                        offsetof(struct vw_splat_state, square_groups));
     // Also rays that no tile of this photo has, whose loss of an earlier step would count.
     vw_submission_dispatch(submission, g->slopes, push, sizeof *push, d->room.tiles * pixels);
-    vw_submission_dispatch(submission, g->blend_back, push, sizeof *push,
-                           (uint64_t)push->tile_count * d->specialization.lanes);
+    vw_submission_dispatch_indirect(submission, g->blend_back, push, sizeof *push, d->state,
+                                    offsetof(struct vw_splat_state, tile_groups));
     vw_submission_dispatch_indirect(submission, g->backward, push, sizeof *push, d->state,
                                     offsetof(struct vw_splat_state, seen_groups));
 }

@@ -77,10 +77,9 @@ struct vw_splat_gradient {
 enum vw_status vw_splat_gradient_create(const struct vw_splat_pass_params *params,
                                         const struct vw_splat_drawing *drawing, struct vw_splat_gradient *gradient);
 void vw_splat_gradient_destroy(struct vw_splat_gradient *gradient);
-// Records loss and gradients after the drawing of `push`, whose rays are made and whose tiles are of `squares` of the
-// photo; view_count is 1.
+// Records loss and gradients after the drawing of `push`, whose rays are made; view_count is 1.
 void vw_splat_gradient_record(const struct vw_splat_gradient *gradient, struct vw_submission *submission,
-                              const struct vw_push_splats *push, uint32_t squares);
+                              const struct vw_push_splats *push);
 // Records the step of the optimiser.
 void vw_splat_update_record(const struct vw_splat_gradient *gradient, struct vw_submission *submission,
                             const struct vw_push_splat_update *push);

@@ -159,13 +159,14 @@ void vw_splats_record_gradients(const struct vw_step_passes *step, struct vw_sub
     struct drawn_photo photo = splats->photos[rays->first_pixel / step->rays];
     push.first_view = photo.view;
     push.tile_count = photo.tiles;
+    push.squares = photo.squares;
     push.first_tile = rays->first_pixel / tile_pixels(splats);
     push.walked_tiles = push.tile_count <= VW_SPLAT_WALKED_TILES_MAX ? push.tile_count : 0;
     push.key = rays->key;
     vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_effects_record_rays(model, &step->effects, step, submission, rays);
     vw_splat_drawing_record(&splats->drawing, submission, &push);
-    vw_splat_gradient_record(&splats->gradient, submission, &push, photo.squares);
+    vw_splat_gradient_record(&splats->gradient, submission, &push);
     vw_gradient_record_end(step, &step->gradient, submission, step->padded_rays);
     vw_effects_record_gradient(model, &step->effects, step, submission, rays, number);
 }
