@@ -4,6 +4,8 @@
 
 #include "gpu/buffer.h"
 
+enum { PIECE_BYTES = 256 }; // their buffer has whole pieces, so that a few blocks more need no other one
+
 enum vw_status vw_pushes_open(struct vw_gpu *gpu) {
     const VkDescriptorSetLayoutBinding block = {.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC,
                                                 .descriptorCount = 1,
@@ -40,8 +42,10 @@ void vw_pushes_destroy(struct vw_gpu *gpu, struct vw_pushes *pushes) {
 // Makes room: whatever block a dispatch binds, its range is as long as the largest one.
 static enum vw_status reserve(struct vw_gpu *gpu, struct vw_pushes *pushes, size_t size_bytes) {
     const uint32_t range_bytes = gpu->chosen.limits.push_bytes;
-    const struct vw_buffer_params params = {
-        .name = "push blocks", .size_bytes = size_bytes + range_bytes, .memory = VW_BUFFER_SHARED};
+    const struct vw_buffer_params params = {.name = "push blocks",
+                                            .size_bytes = (size_bytes + range_bytes + PIECE_BYTES - 1) / PIECE_BYTES *
+                                                          PIECE_BYTES,
+                                            .memory = VW_BUFFER_SHARED};
     if (pushes->buffer && vw_buffer_size_bytes(pushes->buffer) >= params.size_bytes) return VW_OK;
     vw_buffer_destroy(&pushes->buffer);
     enum vw_status status = vw_buffer_create(gpu, &params, &pushes->buffer);
