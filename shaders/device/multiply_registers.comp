@@ -15,5 +15,5 @@ void main() {
     }
     vec4 sum = vec4(0.0);
     [[unroll]] for (uint i = 0u; i < 8u; i++) sum += chain[i];
-    to[invocation_index()] = sum;
+    to[invocation_index() % uint(to.length())] = sum; // a test has no room for all
 }
