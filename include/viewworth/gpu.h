@@ -19,7 +19,6 @@ struct vw_gpu_limits {
     uint64_t buffer_bytes;          // largest single buffer (and memory allocation)
     uint32_t texel_elements;        // most texels of one texel-buffer view
     uint32_t shared_memory_bytes;   // per workgroup
-    uint32_t push_bytes;            // the most that a dispatch is given
     uint32_t workgroup_invocations; // most invocations of one workgroup
     uint32_t workgroup_size_x;
     uint32_t workgroup_count_x; // most workgroups of one dispatch in x and in y

@@ -84,7 +84,7 @@ struct vw_splat_state {
     vw_uint3 seen_groups;        // workgroups of 64 over the ranks
     vw_uint3 sort_groups;        // blocks of the sort
     vw_uint3 tile_groups;        // workgroups of blend_tiles over the tiles
-    vw_uint3 square_groups;      // squares
+    vw_uint3 square_groups;      // workgroups of compare_windows, one per square
     vw_uint seen, pairs;
     vw_uint overflow;            // not 0: there were more pairs than have room, and none is listed; or too many in one tile
 };
@@ -96,7 +96,7 @@ struct vw_push_splats {      // the passes of splats but update_splats
     vw_uint first_view, view_count; // range in the list of views
     vw_uint first_tile, tile_count; // range in the list of tiles
     vw_uint walked_tiles;    // tile_count of a single view, if it is small enough that each is tried; else 0
-    vw_uint squares;         // that the tiles are of, in training
+    vw_uint squares;         // squares of the photo that have the tiles; 0 outside training
     vw_uint pair_capacity;
     vw_uint shift;           // bits of the key below the digit that is sorted by
     vw_uint4 key;            // slope_pixels, in training

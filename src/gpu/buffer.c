@@ -51,6 +51,8 @@ static enum vw_status allocate_memory(struct vw_buffer *buffer, enum vw_buffer_m
                                        .allocationSize = needs.size,
                                        .memoryTypeIndex = (uint32_t)type};
     VkResult result = vkAllocateMemory(buffer->gpu->device, &info, NULL, &buffer->memory);
+    if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY && memory == VW_BUFFER_SHARED) // a small heap, which others use, too
+        return allocate_memory(buffer, VW_BUFFER_UPLOAD);
     if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) return fail_room(buffer, type);
     if (result) return vw_gpu_fail(result, "vkAllocateMemory", buffer->name);
     result = vkBindBufferMemory(buffer->gpu->device, buffer->handle, buffer->memory, 0);

@@ -69,16 +69,12 @@ static enum vw_status append(struct vw_command_list *list, struct vw_command com
 
 static uint64_t own_stage(const struct vw_command_list *list) { return list->last_stage + (list->count > 0); }
 
-// Rounds up to a multiple; alignments are powers of two.
-static size_t aligned(size_t size_bytes, size_t alignment_bytes) {
-    return (size_bytes + alignment_bytes - 1) & ~(alignment_bytes - 1);
-}
-
 enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const struct vw_pass *pass, const void *push,
                                             struct vw_workgroups groups) {
     struct vw_command command = {.pass = pass, .groups = groups, .push_offset_bytes = (uint32_t)list->push_bytes};
     struct access counts = {.buffer = groups.listed};
-    size_t push_bytes = aligned(pass->push_bytes, pass->gpu->chosen.limits.push_offset_alignment_bytes);
+    uint32_t alignment_bytes = pass->gpu->chosen.limits.push_offset_alignment_bytes;
+    size_t push_bytes = (size_t)(pass->push_bytes + alignment_bytes - 1) / alignment_bytes * alignment_bytes;
     enum vw_status status = vw_grow((void **)&list->pushes, &list->push_capacity, list->push_bytes + push_bytes, 1);
     if (!status && groups.listed)
         status = vw_ranges_find(&groups.listed->ranges, groups.offset_bytes, sizeof(VkDispatchIndirectCommand),
@@ -113,11 +109,11 @@ enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_
                   (struct vw_command){.stage = (uint32_t)(stage - list->first_stage), .copy = {from, to, region}});
 }
 
-// ---- Comparing ------------------------------------------------------------------------------------------------------
-
 uint32_t vw_command_list_barriers(const struct vw_command_list *list) {
     return list->stage_count ? (uint32_t)list->stage_count - 1 : 0;
 }
+
+// ---- Comparing ------------------------------------------------------------------------------------------------------
 
 bool vw_command_list_is_written(const struct vw_command_list *list) {
     return !list->differs && list->count == list->written_count;
@@ -160,7 +156,7 @@ static void write_command(const struct vw_command *command, VkDescriptorSet push
 
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, VkDescriptorSet pushes,
                            struct vw_submission_timer *timer) {
-    bool indirect_before = false, indirect_ever = false;
+    bool indirect_before = false;
     for (size_t s = 0; s < list->stage_count; s++) {
         const struct vw_stage *stage = &list->stages[s];
         if (s > 0)
@@ -168,9 +164,8 @@ void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer command
         for (uint32_t i = stage->first; i != VW_NO_COMMAND; i = list->commands[i].next)
             write_command(&list->commands[i], pushes, commands, timer);
         indirect_before = stage->indirect;
-        indirect_ever |= stage->indirect;
     }
-    vw_barrier_record(commands, (struct vw_barrier_params){.indirect = indirect_ever, .host_reads = true});
+    vw_barrier_record(commands, (struct vw_barrier_params){.indirect = true, .host_reads = true});
     list->written_count = list->count;
     list->differs = false;
 }

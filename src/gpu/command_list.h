@@ -67,5 +67,7 @@ void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer command
 
 // Returns the commands that the submission recorded, in this order.
 const struct vw_command_list *vw_submission_list(const struct vw_submission *submission);
+// Returns how often commands were written for the device; in between they were submitted again.
+uint64_t vw_submission_recordings(const struct vw_submission *submission);
 
 #endif

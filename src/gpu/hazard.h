@@ -32,7 +32,5 @@ void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint6
 uint32_t vw_submission_commands(const struct vw_submission *submission);
 // Returns how many barriers are between them; the one that ends the submission does not count.
 uint32_t vw_submission_barriers(const struct vw_submission *submission);
-// Returns how often commands were written for the device; in between they were submitted again.
-uint64_t vw_submission_recordings(const struct vw_submission *submission);
 
 #endif

@@ -13,7 +13,6 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     .buffer_bytes = 1u << 30,
     .texel_elements = 65536,
     .shared_memory_bytes = 16384,
-    .push_bytes = 128,
     .workgroup_invocations = 256,
     .workgroup_size_x = 256,
     .workgroup_count_x = 65535,
@@ -23,7 +22,8 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     .storage_offset_alignment_bytes = 256,
     .texel_offset_alignment_bytes = 256,
     .push_offset_alignment_bytes = 256,
-    .unrolls_loops = true, // a choice, which no device lacks
+    .unrolls_loops = true, // a choice, which no device lacks; the next, too
+    .resubmits = true,
 };
 
 // Limits where more is better, alignments where less is better, and optional features.
@@ -32,7 +32,6 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     DO(buffer_bytes)                                                                                                   \
     DO(texel_elements)                                                                                                 \
     DO(shared_memory_bytes)                                                                                            \
-    DO(push_bytes)                                                                                                     \
     DO(workgroup_invocations)                                                                                          \
     DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO)                                                                                         \
@@ -127,8 +126,6 @@ static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint
         .buffer_bytes = allocation_bytes,
         .texel_elements = device->maxTexelBufferElements,
         .shared_memory_bytes = device->maxComputeSharedMemorySize,
-        .push_bytes =
-            device->maxUniformBufferRange < VW_PUSH_BYTES_MAX ? device->maxUniformBufferRange : VW_PUSH_BYTES_MAX,
         .workgroup_invocations = device->maxComputeWorkGroupInvocations,
         .workgroup_size_x = device->maxComputeWorkGroupSize[0],
         .workgroup_count_x = device->maxComputeWorkGroupCount[0],

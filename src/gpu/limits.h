@@ -6,8 +6,6 @@
 
 #include "viewworth/gpu.h"
 
-enum { VW_PUSH_BYTES_MAX = 128 }; // the most of a push block; so many are bound for every dispatch
-
 // A physical device as listed.
 struct vw_candidate {
     VkPhysicalDevice physical;

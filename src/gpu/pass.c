@@ -42,7 +42,7 @@ static enum vw_status check_shader(const char *pass, const struct vw_spirv *spir
     enum vw_status status = check_feature(pass, "64-bit integers", spirv->needs_int64, limits->int64);
     if (!status) status = check_feature(pass, "64-bit atomics", spirv->needs_int64_atomics, limits->int64_atomics);
     if (!status) status = check_limit(pass, "bytes of shared memory", spirv->shared_bytes, limits->shared_memory_bytes);
-    if (!status) status = check_limit(pass, "bytes of its push block", spirv->push_bytes, limits->push_bytes);
+    if (!status) status = check_limit(pass, "bytes of its push block", spirv->push_bytes, VW_PUSH_BYTES_MAX);
     if (!status) status = check_limit(pass, "invocations a workgroup in x", size[0], limits->workgroup_size_x);
     if (!status) status = check_limit(pass, "invocations a workgroup", invocations, limits->workgroup_invocations);
     if (!status) status = check_storage_buffers(pass, spirv->slot_count - texels, limits->storage_buffers);

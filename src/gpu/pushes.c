@@ -3,8 +3,9 @@
 #include <string.h>
 
 #include "gpu/buffer.h"
+#include "gpu/spirv.h"
 
-enum { PIECE_BYTES = 256 }; // their buffer has whole pieces, so that a few blocks more need no other one
+enum { BUFFER_BYTES_LEAST = 256 }; // it doubles, since another buffer voids what all submissions have recorded
 
 enum vw_status vw_pushes_open(struct vw_gpu *gpu) {
     const VkDescriptorSetLayoutBinding block = {.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC,
@@ -41,16 +42,14 @@ void vw_pushes_destroy(struct vw_gpu *gpu, struct vw_pushes *pushes) {
 
 // Makes room: whatever block a dispatch binds, its range is as long as the largest one.
 static enum vw_status reserve(struct vw_gpu *gpu, struct vw_pushes *pushes, size_t size_bytes) {
-    const uint32_t range_bytes = gpu->chosen.limits.push_bytes;
-    const struct vw_buffer_params params = {.name = "push blocks",
-                                            .size_bytes = (size_bytes + range_bytes + PIECE_BYTES - 1) / PIECE_BYTES *
-                                                          PIECE_BYTES,
-                                            .memory = VW_BUFFER_SHARED};
+    struct vw_buffer_params params = {
+        .name = "push blocks", .size_bytes = BUFFER_BYTES_LEAST, .memory = VW_BUFFER_SHARED};
+    while (params.size_bytes < size_bytes + VW_PUSH_BYTES_MAX) params.size_bytes *= 2;
     if (pushes->buffer && vw_buffer_size_bytes(pushes->buffer) >= params.size_bytes) return VW_OK;
     vw_buffer_destroy(&pushes->buffer);
     enum vw_status status = vw_buffer_create(gpu, &params, &pushes->buffer);
     if (status) return status;
-    const VkDescriptorBufferInfo range = {pushes->buffer->handle, 0, range_bytes};
+    const VkDescriptorBufferInfo range = {pushes->buffer->handle, 0, VW_PUSH_BYTES_MAX};
     const VkWriteDescriptorSet write = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                                         .dstSet = pushes->set,
                                         .descriptorCount = 1,
@@ -61,7 +60,8 @@ static enum vw_status reserve(struct vw_gpu *gpu, struct vw_pushes *pushes, size
 }
 
 enum vw_status vw_pushes_write(struct vw_gpu *gpu, struct vw_pushes *pushes, const void *blocks, size_t size_bytes) {
-    enum vw_status status = size_bytes ? reserve(gpu, pushes, size_bytes) : VW_OK;
-    if (!status && size_bytes) memcpy(vw_buffer_map(pushes->buffer), blocks, size_bytes);
+    if (!size_bytes) return VW_OK;
+    enum vw_status status = reserve(gpu, pushes, size_bytes);
+    if (!status) memcpy(vw_buffer_map(pushes->buffer), blocks, size_bytes);
     return status;
 }

@@ -298,17 +298,17 @@ static bool describe_slot(const struct module *module, const uint32_t *variable,
     return true;
 }
 
-static uint32_t set_of(const struct module *module, const uint32_t *variable) {
-    uint32_t set = 0;
-    find_decoration(module, variable[2], DECORATION_SET, &set);
-    return set;
+// Returns a decoration of a variable, 0 without it.
+static uint32_t decoration_of(const struct module *module, const uint32_t *variable, uint32_t decoration) {
+    uint32_t value = 0;
+    find_decoration(module, variable[2], decoration, &value);
+    return value;
 }
 
 static enum vw_status add_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
                                struct vw_spirv *spirv) {
-    struct vw_spirv_slot slot = {0};
-    find_decoration(module, variable[2], DECORATION_BINDING, &slot.slot);
-    if (set_of(module, variable) || !describe_slot(module, variable, type, &slot))
+    struct vw_spirv_slot slot = {.slot = decoration_of(module, variable, DECORATION_BINDING)};
+    if (decoration_of(module, variable, DECORATION_SET) || !describe_slot(module, variable, type, &slot))
         return vw_fail(VW_ERROR_DEVICE,
                        "shader %s, slot %u: neither a storage nor a texel buffer of set 0, nor PUSH; declare it as one",
                        module->name, slot.slot);
@@ -338,7 +338,9 @@ static enum vw_status read_variable(const struct module *module, const uint32_t 
     case CLASS_PUSH_CONSTANT:
     case CLASS_STORAGE_BUFFER: return add_slot(module, variable, type, spirv);
     case CLASS_UNIFORM:
-        if (set_of(module, variable) != VW_PUSH_SET) return add_slot(module, variable, type, spirv);
+        if (decoration_of(module, variable, DECORATION_SET) != VW_PUSH_SET ||
+            decoration_of(module, variable, DECORATION_BINDING))
+            return add_slot(module, variable, type, spirv);
         layout = layout_of(module, type[1]);
         spirv->push_bytes = (uint32_t)round_up(layout.bytes, layout.scalar);
         return VW_OK;

@@ -9,7 +9,10 @@
 #include "viewworth/gpu.h"
 
 enum { VW_SPIRV_MAX_SLOTS = 64, VW_SPIRV_MAX_CONSTANTS = 128 };
-enum { VW_PUSH_SET = 1 }; // the descriptor set whose binding 0 is a dispatch's push block, a uniform buffer
+enum {
+    VW_PUSH_SET = 1,        // the descriptor set whose binding 0 is a dispatch's push block, a uniform buffer
+    VW_PUSH_BYTES_MAX = 128 // the most of it; so many are bound for every dispatch
+};
 
 // One binding of descriptor set 0. Variables that share a binding are one slot.
 struct vw_spirv_slot {

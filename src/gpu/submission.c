@@ -198,12 +198,12 @@ static enum vw_status submit(struct vw_submission *submission) {
 }
 
 enum vw_status vw_submission_submit(struct vw_submission *submission) {
-    bool recorded = can_record(submission);
+    bool good = can_record(submission);
     if (submission->gpu->recording == submission) {
         submission->gpu->recording = NULL;
         submission->gpu->stage = submission->list.last_stage;
     }
-    if (!recorded) return vw_fail(submission->status, "%s", submission->message);
+    if (!good) return vw_fail(submission->status, "%s", submission->message);
     const struct vw_command_list *list = &submission->list;
     enum vw_status status = vw_pushes_write(submission->gpu, &submission->pushes, list->pushes, list->push_bytes);
     if (!status && !is_recorded(submission)) status = record(submission);

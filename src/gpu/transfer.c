@@ -50,7 +50,7 @@ static enum vw_status submit_and_wait(struct vw_gpu *gpu, const VkSubmitInfo *in
 }
 
 enum vw_status vw_transfer_finish(struct vw_gpu *gpu, const char *object) {
-    vw_barrier_record(gpu->transfer, (struct vw_barrier_params){.host_reads = true});
+    vw_barrier_record(gpu->transfer, (struct vw_barrier_params){.indirect = true, .host_reads = true});
     VkResult result = vkEndCommandBuffer(gpu->transfer);
     if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", object);
     const VkSubmitInfo info = {

@@ -28,7 +28,6 @@
 #include "do_nothing.h"
 #include "gpu/command_list.h"
 #include "gpu/compute.h"
-#include "gpu/hazard.h"
 #include "support/synthetic_scene.h"
 #include "support/trainer_fixture.h"
 #include "train/shared_submissions.h"
@@ -240,11 +239,13 @@ static enum vw_status time_alone(struct vw_gpu *gpu, const struct group *group, 
                                  struct timers *before) {
     enum { REPEATS = 32 };
     const struct vw_command_list *list = vw_submission_list(group->submissions->submissions[1]);
-    const uint32_t commands = (uint32_t)(list->count / (setup->batch * setup->together));
+    const uint32_t steps = setup->batch * setup->together, commands = (uint32_t)(list->count / steps);
     struct vw_submission *submission = NULL;
     struct vw_pass *empty = NULL;
     enum vw_status status =
-        vw_pass_create(gpu, &(struct vw_pass_params){.shader = &empty_shader, .role = "zero line"}, &empty);
+        list->count % steps
+            ? vw_fail(VW_ERROR_USAGE, "--profile: the steps of a submission differ; give another batch=")
+            : vw_pass_create(gpu, &(struct vw_pass_params){.shader = &empty_shader, .role = "zero line"}, &empty);
     if (status == VW_OK) status = vw_submission_create(gpu, &submission);
     for (int i = 0; i <= REPEATS && status == VW_OK; i++) {
         status = run_alone(submission, list, commands, empty, setup->config.field == VW_FIELD_SPLATS);
@@ -310,9 +311,7 @@ static void add_part(double *part_us, double *since_s) {
 // Takes the same batch of steps once more with every training, as trainers record it.
 static enum vw_status take_parts(const struct group *group, struct vw_submission *submission, uint32_t steps,
                                  double *parts_us) {
-    double begun_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
-    vw_submission_begin(submission); // the driver frees what was submitted before
-    add_part(&parts_us[SUBMIT], &begun_s);
+    vw_submission_begin(submission);
     for (uint32_t i = 0; i < group->count; i++) {
         const struct vw_trainer_parts *parts = vw_trainer_get_parts(group->trainers[i]);
         uint32_t rays = parts->config->rays, rows = vw_validation_rows_per_measurement(parts->validation);
@@ -470,8 +469,7 @@ static void print_limits(const struct vw_gpu_limits *l) {
            l->buffer_bytes);
     printf("| texel elements | %" PRIu32 " |\n| shared memory, bytes | %" PRIu32 " |\n", l->texel_elements,
            l->shared_memory_bytes);
-    printf("| push block, bytes | %" PRIu32 " |\n| workgroup invocations | %" PRIu32 " |\n", l->push_bytes,
-           l->workgroup_invocations);
+    printf("| workgroup invocations | %" PRIu32 " |\n", l->workgroup_invocations);
     printf("| workgroups in x, y | %" PRIu32 ", %" PRIu32 " |\n", l->workgroup_count_x, l->workgroup_count_y);
     printf("| storage buffers, texel buffers of a stage | %" PRIu32 ", %" PRIu32 " |\n", l->storage_buffers,
            l->texel_buffers);

@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "gpu/command_list.h"
 #include "gpu/hazard.h"
 #include "support/gpu_fixture.h"
 

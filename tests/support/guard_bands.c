@@ -56,10 +56,10 @@ enum {
 static struct guarded {
     struct vw_buffer *buffer;
     char name[48];
-    uint64_t before_bytes; // the band before it; what passes and submissions make for themselves they also bind, and
-                           // has none
-    uint64_t size_bytes;   // between the bands
-    uint32_t number;       // place among all buffers so far
+    uint64_t
+        before_bytes;    // the band before it; none before buffers that passes and submissions make and bind themselves
+    uint64_t size_bytes; // between the bands
+    uint32_t number;     // place among all buffers so far
 } guarded[BUFFERS_MAX];
 static uint32_t buffer_count;
 static unsigned broken_count;

@@ -105,8 +105,8 @@ TEST(nothing_without_effects) {
     struct vw_scene *scene = make_scene();
     struct cost none = measure(scene, "none");
     assert_int_equal(none.other_passes, 0);
-    // Every byte belongs to a buffer that any run has, or stands in for one that a pass leaves alone; what is pushed to
-    // the dispatch that clears the flags has as many.
+    // Every byte belongs to a buffer that any run has, or stands in for one that a pass leaves alone; a buffer
+    // of push blocks is a multiple of as many.
     uint64_t stand_in_bytes = none.device_bytes - none.shared_bytes;
     assert_int_equal(stand_in_bytes % STAND_IN_BYTES, 0);
     assert_true(stand_in_bytes / STAND_IN_BYTES <= none.pass_count);
