@@ -22,6 +22,12 @@ struct vw_camera vw_camera_pinhole(const struct vw_camera *camera) {
                               .centre_y_px = camera->centre_y_px};
 }
 
+void vw_camera_path_free(struct vw_camera_path *path) {
+    for (uint32_t f = 0; f < path->count; f++) free(path->frames[f].name);
+    free(path->frames);
+    *path = (struct vw_camera_path){0};
+}
+
 void vw_camera_path_set_depths(const struct vw_scene *scene, struct vw_view *frame) {
     double near = 0, far = 0, weights = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {

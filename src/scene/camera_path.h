@@ -1,6 +1,7 @@
 // Cameras without photos: a camera that moves through a scene, and poses that a user gives.
 //
-// A frame is a vw_view of which nothing but camera, camera_to_world and the range of depths is set. Its
+// A frame is a vw_view of which nothing but camera, camera_to_world and the range of depths is set, and, of a frame of a
+// transforms.json, the name: its file_path, NULL without one. Its
 // range of depths is the mean of those of the scene's views, weighted by 1 / distance^4: that of a view in its own
 // place, smooth between views. Beyond it the field was not trained.
 #ifndef VIEWWORTH_SCENE_CAMERA_PATH_H
@@ -11,9 +12,10 @@
 enum { VW_CAMERA_PATH_FRAMES_MOST = 9999, VW_CAMERA_PATH_SIDE_MOST_PX = 8192 };
 
 struct vw_camera_path {
-    struct vw_view *frames; // owned (free)
+    struct vw_view *frames; // owned, with their names
     uint32_t count;
 };
+void vw_camera_path_free(struct vw_camera_path *path);
 
 // Returns a camera without its lens: focal lengths, principal point and size.
 struct vw_camera vw_camera_pinhole(const struct vw_camera *camera);
