@@ -75,9 +75,8 @@ static void mean_of(const struct vw_scene *scene, enum axis axis, double mean[3]
         for (int i = 0; i < 3; i++) mean[i] += scene->views[v].camera_to_world[i][axis] / scene->view_count;
 }
 
-// Returns false where the camera would look along `up`.
-static bool look_at(const double position[3], const double target[3], const double up[3],
-                    double camera_to_world[3][4]) {
+bool vw_camera_look_at(const double position[3], const double target[3], const double up[3],
+                       double camera_to_world[3][4]) {
     double axes[3][3];
     for (int i = 0; i < 3; i++) axes[BACK][i] = position[i] - target[i];
     normalise(axes[BACK], 0);
@@ -139,7 +138,7 @@ static enum vw_status make_orbit(const struct vw_scene *scene, uint32_t view, co
         double angle = 2 * M_PI * f / path->count, position[3];
         for (int i = 0; i < 3; i++)
             position[i] = focus[i] + height * up[i] + radius * (cos(angle) * first[i] + sin(angle) * second[i]);
-        if (!(radius > 0) || !look_at(position, focus, up, path->frames[f].camera_to_world))
+        if (!(radius > 0) || !vw_camera_look_at(position, focus, up, path->frames[f].camera_to_world))
             return vw_fail(VW_ERROR_USAGE,
                            "--path orbit: the cameras are above what they look at, not around it; use --path cameras");
     }
@@ -163,7 +162,7 @@ static bool find_mean(const struct vw_scene *scene, struct spiral *spiral) {
     if (!(normalise(back, PARALLEL) > PARALLEL)) return false;
     for (int i = 0; i < 3; i++) depth += (mean[i] - focus[i]) * back[i];
     for (int i = 0; i < 3; i++) spiral->target[i] = mean[i] - depth * back[i];
-    return depth > 0 && look_at(mean, spiral->target, spiral->up, spiral->mean_to_world);
+    return depth > 0 && vw_camera_look_at(mean, spiral->target, spiral->up, spiral->mean_to_world);
 }
 
 static enum vw_status find_spread(const struct vw_scene *scene, struct spiral *spiral) {
@@ -192,7 +191,7 @@ static bool place_on_spiral(const struct spiral *spiral, double angle, double ca
         for (int axis = RIGHT; axis <= BACK; axis++)
             position[i] += along[axis] * spiral->spread[axis] * spiral->mean_to_world[i][axis];
     }
-    return look_at(position, spiral->target, spiral->up, camera_to_world);
+    return vw_camera_look_at(position, spiral->target, spiral->up, camera_to_world);
 }
 
 static enum vw_status make_spiral(const struct vw_scene *scene, const struct vw_camera_path *path) {

@@ -19,6 +19,10 @@ void vw_camera_path_free(struct vw_camera_path *path);
 
 // Returns a camera without its lens: focal lengths, principal point and size.
 struct vw_camera vw_camera_pinhole(const struct vw_camera *camera);
+// Places a camera that looks at `target`, with its upper side towards `up`. Returns false where it would look along
+// `up`, or has no way to look.
+bool vw_camera_look_at(const double position[3], const double target[3], const double up[3],
+                       double camera_to_world[3][4]);
 
 // Makes `count` frames by the pinhole camera of `view`. `name`:
 //   orbit    a circle about the mean up of the cameras, at their median distance from that axis and their median

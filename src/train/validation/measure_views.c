@@ -300,17 +300,30 @@ static enum vw_status render_tiles(struct vw_evaluator *evaluator, const struct 
     return VW_OK;
 }
 
-enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **values) {
+static enum vw_status render_picture(struct vw_evaluator *evaluator, const struct vw_picture *picture,
+                                     struct vw_pixel *pixels, vw_float4 *colours, float *values) {
+    if (!picture->posed) return render_tiles(evaluator, picture, pixels, colours, values);
+    enum vw_status status = vw_field_pose(evaluator->field, picture->view, picture->posed);
+    if (!status) status = render_tiles(evaluator, picture, pixels, colours, values);
+    enum vw_status undone = vw_field_pose(evaluator->field, picture->view, NULL);
+    return status ? status : undone;
+}
+
+enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *pictures, uint32_t count,
+                               float **values) {
     struct vw_evaluator evaluator = {0};
-    struct vw_pixel *pixels = vw_allocate(RENDERED_RAYS, sizeof *pixels);
-    vw_float4 *colours = vw_allocate(RENDERED_RAYS, sizeof *colours);
-    float *rendered =
-        vw_allocate((size_t)picture->size_px[0] * picture->size_px[1], (picture->depth ? 1 : 3) * sizeof *rendered);
+    size_t pixel_count = (size_t)pictures->size_px[0] * pictures->size_px[1],
+           value_count = pixel_count * (pictures->depth ? 1 : 3);
+    uint32_t rays = pixel_count < RENDERED_RAYS ? (uint32_t)pixel_count : RENDERED_RAYS;
+    struct vw_pixel *pixels = vw_allocate(rays, sizeof *pixels);
+    vw_float4 *colours = vw_allocate(rays, sizeof *colours);
+    float *rendered = vw_allocate(value_count * count, sizeof *rendered);
     enum vw_status status = pixels && colours && rendered ? VW_OK : VW_ERROR_MEMORY;
     if (!status)
-        status = picture->depth ? vw_evaluator_create_of_depth(field, RENDERED_RAYS, &evaluator)
-                                : vw_evaluator_create(field, RENDERED_RAYS, &evaluator);
-    if (!status) status = render_tiles(&evaluator, picture, pixels, colours, rendered);
+        status = pictures->depth ? vw_evaluator_create_of_depth(field, rays, &evaluator)
+                                 : vw_evaluator_create(field, rays, &evaluator);
+    for (uint32_t i = 0; i < count && !status; i++)
+        status = render_picture(&evaluator, &pictures[i], pixels, colours, rendered + i * value_count);
     vw_evaluator_destroy(&evaluator);
     free(pixels);
     free(colours);
