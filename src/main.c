@@ -116,6 +116,10 @@ static const struct vw_command commands[] = {
      "(effects appearance and appearance_code) is left out; with appearance_encoder it is that of --view. "
      NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
+    {USE, "next", "OUT", "Propose where to take the next photos",
+     "Proposes poses of a camera for the next photos of a finished run, the most valuable first, chosen one after "
+     "another, so that each adds to those before it. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_NEXT | VW_OPTIONS_JSON, vw_command_next},
     {USE, "export", "OUT", "Write the cameras and points of a run's scene for other programs",
      "Blender and MeshLab open the .ply files. Positions are those of the scene; camera_to_world has the camera's x to "
      "the right, y up, and its view along -z. Files that exist are refused. " NEEDS_SCENE_FOLDER,

@@ -1,9 +1,9 @@
 // Cameras without photos: a camera that moves through a scene, and poses that a user gives.
 //
-// A frame is a vw_view of which nothing but camera, camera_to_world and the range of depths is set, and, of a frame of a
-// transforms.json, the name: its file_path, NULL without one. Its
-// range of depths is the mean of those of the scene's views, weighted by 1 / distance^4: that of a view in its own
-// place, smooth between views. Beyond it the field was not trained.
+// A frame is a vw_view of which nothing but camera, camera_to_world and the range of depths is set, and, of a frame of
+// a transforms.json, the name: its file_path, NULL without one. Its range of depths is the mean of those of the scene's
+// views, weighted by 1 / distance^4: that of a view in its own place, smooth between views. Beyond it the field was not
+// trained.
 #ifndef VIEWWORTH_SCENE_CAMERA_PATH_H
 #define VIEWWORTH_SCENE_CAMERA_PATH_H
 
