@@ -38,7 +38,6 @@ enum vw_status vw_command_next(const struct vw_options *options) {
                                           .device = options->device,
                                           .count = options->proposals};
     struct vw_next next;
-    if (!params.among) return vw_fail(VW_ERROR_USAGE, "next: give the poses to choose among by --among FILE.json");
     enum vw_status status = vw_next_make(&params, &next);
     if (!status && options->json) status = vw_json_print(to_json(&next));
     else if (!status) print_text(&next);

@@ -9,7 +9,7 @@
 #include "scene/camera_path.h"
 
 enum { NEIGHBOURS = 6, MIXED = 3 };
-static const double LEAST_STEP = 0.5, MOST_STEP = 2; // in usual distances of neighbours
+static const double LEAST_STEP = 0.5, MOST_STEP = 2; // in usual distances between neighbours' positions
 
 enum axis { UP = 1, POSITION = 3 }; // columns of camera_to_world
 
@@ -75,8 +75,8 @@ static struct mean_camera draw_between(const struct vw_pose_bases *known, uint32
 static struct mean_camera draw_beside(const struct vw_pose_bases *known, uint32_t base, const uint32_t words[8]) {
     struct mean_camera mean = {.bases = {base}, .count = 1, .weights = {1}};
     double height = 2 * (double)vw_random_unit(words[0]) - 1, turn = 2 * M_PI * (double)vw_random_unit(words[1]);
-    double step = known->scales->between_world * known->scales->typical *
-                  (LEAST_STEP + (MOST_STEP - LEAST_STEP) * (double)vw_random_unit(words[2]));
+    double share = (double)vw_random_unit(words[2]),
+           step = known->scales->between_world * ((1 - share) * LEAST_STEP + share * MOST_STEP);
     mean.offset_world[0] = step * sqrt(1 - height * height) * cos(turn);
     mean.offset_world[1] = step * sqrt(1 - height * height) * sin(turn);
     mean.offset_world[2] = step * height;

@@ -14,6 +14,7 @@ enum { DRAWS_PER_PHOTO = 20, DRAWS_LEAST = 200, DRAWS_MOST = 2000, ENOUGH = 400,
 enum { SEEING_MOST = 255, SEEING_LEAST = 2, LINE_SIDE_PX = 3, LINE_PIXELS = LINE_SIDE_PX * LINE_SIDE_PX };
 static const double NEW_LEAST = 0.25;                    // of a usual distance
 static const double CLEAR_LEAST = 0.5;                   // of what is nearest to the nearest known camera
+static const double FREE_LEAST = 1.25;                   // depths of surfaces are blurred
 static const double SEEN_LEAST = 0.5;                    // of what the pose sees, and of what the median photo sees
 static const double TILT = 0.01;
 static const double LINE_HALF_ANGLE = 3 * M_PI / 180;
@@ -189,7 +190,7 @@ static enum vw_status keep_reachable(const struct making *making, struct block *
         keeps[i] = true;
         for (uint32_t k = 0; k < LINE_PIXELS; k++) {
             double depth = (double)lines_world[i * LINE_PIXELS + k];
-            keeps[i] &= depth == 0 || depth > length;
+            keeps[i] &= depth == 0 || depth > FREE_LEAST * length;
         }
     }
     free(lines_world);
@@ -247,7 +248,7 @@ static enum vw_status make_blocks(struct making *making) {
                    making->params->scene->path);
 }
 
-enum vw_status vw_candidates_make(const struct vw_candidate_params *params, struct vw_candidate **candidates,
+enum vw_status vw_next_candidates_make(const struct vw_candidate_params *params, struct vw_candidate **candidates,
                                   uint32_t *count) {
     struct making making = {.params = params};
     enum vw_status status = prepare(&making);

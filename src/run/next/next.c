@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "run/next/candidate_scores.h"
+#include "run/next/make_candidates.h"
 #include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 
@@ -14,6 +15,8 @@ struct known {
     uint32_t *train, *val; // owned, as all below
     double *mse;
     struct vw_view_error *errors;
+    struct vw_depth_map *maps; // of the photos trained on
+    struct vw_depth_source depths;
 };
 
 static enum vw_status measure(struct vw_trainer *trainer, struct known *known) {
@@ -27,6 +30,21 @@ static enum vw_status measure(struct vw_trainer *trainer, struct known *known) {
     return status;
 }
 
+static enum vw_status render_depths(void *context, const uint32_t *views, const struct vw_view *poses, uint32_t count,
+                                    float **depths_world) {
+    return vw_trainer_render_poses(context, views, poses, count, true, depths_world);
+}
+
+static enum vw_status map_known(const struct vw_known_views *known, const struct vw_depth_source *depths,
+                                struct vw_depth_map **maps) {
+    struct vw_view *poses = vw_allocate(known->count, sizeof *poses);
+    if (!poses) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < known->count; i++) poses[i] = known->scene->views[known->views[i]];
+    enum vw_status status = vw_depth_maps_make(depths, known->views, poses, known->count, maps);
+    free(poses);
+    return status;
+}
+
 static enum vw_status know(const struct vw_scene *scene, struct vw_trainer *trainer, struct known *known) {
     uint32_t train_count = 0, val_count = 0;
     enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_TRAIN, &known->train, &train_count);
@@ -37,7 +55,9 @@ static enum vw_status know(const struct vw_scene *scene, struct vw_trainer *trai
                                            .count = train_count,
                                            .val_views = known->val,
                                            .val_count = val_count};
+    known->depths = (struct vw_depth_source){render_depths, trainer};
     if (!status) status = measure(trainer, known);
+    if (!status) status = map_known(&known->views, &known->depths, &known->maps);
     known->views.val_mse = known->mse;
     return status;
 }
@@ -60,6 +80,20 @@ static enum vw_status pick(const struct vw_next_params *params, const struct vw_
     return status;
 }
 
+// Reads the candidates of a file, or makes them.
+static enum vw_status find_candidates(const struct vw_next_params *params, const struct vw_recorded_run *run,
+                                      struct known *known, struct vw_next *next) {
+    if (params->among)
+        return vw_next_candidates_read(run->scene, params->among, &next->candidates, &next->candidate_count);
+    struct vw_candidate_params made = {.scene = run->scene,
+                                             .views = known->train,
+                                             .count = known->views.count,
+                                             .maps = known->maps,
+                                             .depths = known->depths,
+                                             .seed = run->config.seed};
+    return vw_next_candidates_make(&made, &next->candidates, &next->candidate_count);
+}
+
 enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next *next) {
     struct vw_recorded_run run = {0};
     struct vw_trainer *trainer = NULL;
@@ -69,15 +103,16 @@ enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next 
     enum vw_status status = vw_candidate_score_find(params->method, &score);
     if (!status) status = vw_recorded_open(params->out, &run);
     if (!status) status = vw_recorded_open_scene(&run, params->device);
-    if (!status) status = vw_next_candidates_read(run.scene, params->among, &next->candidates, &next->candidate_count);
     if (!status) status = vw_recorded_load_field(&run, &trainer);
     if (!status) status = know(run.scene, trainer, &known);
+    if (!status) status = find_candidates(params, &run, &known, next);
     if (!status) status = pick(params, score, &known.views, next);
     if (!status) next->method = score->name;
     free(known.train);
     free(known.val);
     free(known.mse);
     free(known.errors);
+    free(known.maps);
     vw_trainer_destroy(&trainer);
     vw_recorded_close(&run);
     return status;
