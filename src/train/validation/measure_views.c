@@ -302,14 +302,15 @@ static enum vw_status render_tiles(struct vw_evaluator *evaluator, const struct 
 
 enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **values) {
     struct vw_evaluator evaluator = {0};
-    struct vw_pixel *pixels = vw_allocate(RENDERED_RAYS, sizeof *pixels);
-    vw_float4 *colours = vw_allocate(RENDERED_RAYS, sizeof *colours);
-    float *rendered =
-        vw_allocate((size_t)picture->size_px[0] * picture->size_px[1], (picture->depth ? 1 : 3) * sizeof *rendered);
+    size_t total = (size_t)picture->size_px[0] * picture->size_px[1];
+    uint32_t rays = total < RENDERED_RAYS ? (uint32_t)total : RENDERED_RAYS;
+    struct vw_pixel *pixels = vw_allocate(rays, sizeof *pixels);
+    vw_float4 *colours = vw_allocate(rays, sizeof *colours);
+    float *rendered = vw_allocate(total, (picture->depth ? 1 : 3) * sizeof *rendered);
     enum vw_status status = pixels && colours && rendered ? VW_OK : VW_ERROR_MEMORY;
     if (!status)
-        status = picture->depth ? vw_evaluator_create_of_depth(field, RENDERED_RAYS, &evaluator)
-                                : vw_evaluator_create(field, RENDERED_RAYS, &evaluator);
+        status = picture->depth ? vw_evaluator_create_of_depth(field, rays, &evaluator)
+                                : vw_evaluator_create(field, rays, &evaluator);
     if (!status) status = render_tiles(&evaluator, picture, pixels, colours, rendered);
     vw_evaluator_destroy(&evaluator);
     free(pixels);
