@@ -22,6 +22,16 @@ struct vw_camera vw_camera_pinhole(const struct vw_camera *camera) {
                               .centre_y_px = camera->centre_y_px};
 }
 
+struct vw_camera vw_camera_resized(const struct vw_camera *camera, uint32_t width_px, uint32_t height_px) {
+    double across = width_px / (double)camera->width_px, down = height_px / (double)camera->height_px;
+    return (struct vw_camera){.width_px = width_px,
+                              .height_px = height_px,
+                              .focal_x_px = across * camera->focal_x_px,
+                              .focal_y_px = down * camera->focal_y_px,
+                              .centre_x_px = across * camera->centre_x_px,
+                              .centre_y_px = down * camera->centre_y_px};
+}
+
 void vw_camera_path_free(struct vw_camera_path *path) {
     for (uint32_t f = 0; f < path->count; f++) free(path->frames[f].name);
     free(path->frames);

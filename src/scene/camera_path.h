@@ -19,6 +19,8 @@ void vw_camera_path_free(struct vw_camera_path *path);
 
 // Returns a camera without its lens: focal lengths, principal point and size.
 struct vw_camera vw_camera_pinhole(const struct vw_camera *camera);
+// Returns the same with pictures of another size, whose pixels need not be square.
+struct vw_camera vw_camera_resized(const struct vw_camera *camera, uint32_t width_px, uint32_t height_px);
 // Places a camera that looks at `target`, with its upper side towards `up`. Returns false where it would look along
 // `up`, or has no way to look.
 bool vw_camera_look_at(const double position[3], const double target[3], const double up[3],

@@ -11,17 +11,9 @@
 static const double NEAREST_SHARE = 0.05, BEHIND_MOST = 1.1;
 
 static struct vw_view small_pose(const struct vw_view *pose) {
-    struct vw_view small = {
-        .camera = vw_camera_pinhole(&pose->camera), .near_world = pose->near_world, .far_world = pose->far_world};
-    struct vw_camera *camera = &small.camera;
-    double across = VW_DEPTH_MAP_WIDTH_PX / (double)camera->width_px,
-           down = VW_DEPTH_MAP_HEIGHT_PX / (double)camera->height_px;
-    *camera = (struct vw_camera){.width_px = VW_DEPTH_MAP_WIDTH_PX,
-                                 .height_px = VW_DEPTH_MAP_HEIGHT_PX,
-                                 .focal_x_px = across * camera->focal_x_px,
-                                 .focal_y_px = down * camera->focal_y_px,
-                                 .centre_x_px = across * camera->centre_x_px,
-                                 .centre_y_px = down * camera->centre_y_px};
+    struct vw_view small = {.camera = vw_camera_resized(&pose->camera, VW_DEPTH_MAP_WIDTH_PX, VW_DEPTH_MAP_HEIGHT_PX),
+                            .near_world = pose->near_world,
+                            .far_world = pose->far_world};
     memcpy(small.camera_to_world, pose->camera_to_world, sizeof small.camera_to_world);
     return small;
 }
@@ -81,9 +73,23 @@ bool vw_depth_map_sees(const struct vw_depth_map *map, const double point_world[
     return depth <= BEHIND_MOST * (double)map->depths_world[(int)row * VW_DEPTH_MAP_WIDTH_PX + (int)column];
 }
 
+uint32_t vw_sparse_pixel(uint32_t place) {
+    uint32_t across = VW_DEPTH_MAP_WIDTH_PX / 2;
+    return place / across * 2 * VW_DEPTH_MAP_WIDTH_PX + place % across * 2;
+}
+
 uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const double point_world[3],
                                     uint32_t most) {
     uint32_t seeing = 0;
     for (uint32_t i = 0; i < count && seeing < most; i++) seeing += vw_depth_map_sees(&maps[i], point_world);
     return seeing;
+}
+
+double vw_depth_map_seen_by(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count) {
+    double seeing[VW_SPARSE_PIXELS], point_world[3];
+    uint32_t points = 0;
+    for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++)
+        if (vw_depth_map_point(map, vw_sparse_pixel(i), point_world))
+            seeing[points++] = vw_depth_maps_count_seeing(maps, count, point_world, count);
+    return points ? vw_median(seeing, points) : 0;
 }

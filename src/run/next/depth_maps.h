@@ -10,6 +10,7 @@
 
 enum { VW_DEPTH_MAP_WIDTH_PX = 24, VW_DEPTH_MAP_HEIGHT_PX = 18 };
 enum { VW_DEPTH_MAP_PIXELS = VW_DEPTH_MAP_WIDTH_PX * VW_DEPTH_MAP_HEIGHT_PX };
+enum { VW_SPARSE_PIXELS = VW_DEPTH_MAP_PIXELS / 4 }; // every second column of every second row
 
 // Renders the depths of poses of the same size, one after another, owned by the caller: vw_trainer_render_poses(), or
 // what a test puts in its place.
@@ -37,5 +38,9 @@ bool vw_depth_map_sees(const struct vw_depth_map *map, const double point_world[
 // Counts the maps that see a point, up to `most`.
 uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const double point_world[3],
                                     uint32_t most);
+// Returns the place-th of the VW_SPARSE_PIXELS pixels, whose points stand for all.
+uint32_t vw_sparse_pixel(uint32_t place);
+// Returns the median, over the points of a map, of the number of other maps that see them; 0 where nothing is there.
+double vw_depth_map_seen_by(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count);
 
 #endif

@@ -41,21 +41,14 @@ struct block {
 
 // ---- What poses are made from --------------------------------------------------------------------------------------
 
-// Steps over every second column and row of a map.
-static uint32_t sparse_pixel(uint32_t place) {
-    uint32_t across = VW_DEPTH_MAP_WIDTH_PX / 2;
-    return place / across * 2 * VW_DEPTH_MAP_WIDTH_PX + place % across * 2;
-}
-enum { SPARSE_PIXELS = VW_DEPTH_MAP_PIXELS / 4 };
-
 // Lists the points that a known photo sees and the fewest photos see.
 static void find_targets(const struct vw_candidate_params *params, const struct vw_depth_map *map,
                          struct vw_pose_base *base) {
-    double seeing[SPARSE_PIXELS], points[SPARSE_PIXELS][3];
-    struct vw_ordered ordered[SPARSE_PIXELS];
+    double seeing[VW_SPARSE_PIXELS], points[VW_SPARSE_PIXELS][3];
+    struct vw_ordered ordered[VW_SPARSE_PIXELS];
     uint32_t count = 0;
-    for (uint32_t i = 0; i < SPARSE_PIXELS; i++)
-        if (vw_depth_map_point(map, sparse_pixel(i), points[count]))
+    for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++)
+        if (vw_depth_map_point(map, vw_sparse_pixel(i), points[count]))
             seeing[count] = vw_depth_maps_count_seeing(params->maps, params->count, points[count], SEEING_MOST), count++;
     vw_order(seeing, count, ordered);
     base->target_count = count < VW_POSE_TARGETS ? count : VW_POSE_TARGETS;
@@ -205,8 +198,8 @@ static bool sees_the_seen(const struct making *making, uint32_t nearest, const s
     uint32_t points = 0, seen = 0;
     if (map->seen_count < making->seen_least) return false;
     if (map->nearest_world < CLEAR_LEAST * params->maps[nearest].nearest_world) return false;
-    for (uint32_t i = 0; i < SPARSE_PIXELS; i++) {
-        if (!vw_depth_map_point(map, sparse_pixel(i), point_world)) continue;
+    for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++) {
+        if (!vw_depth_map_point(map, vw_sparse_pixel(i), point_world)) continue;
         points++;
         seen += vw_depth_maps_count_seeing(params->maps, params->count, point_world, SEEING_LEAST) == SEEING_LEAST;
     }

@@ -5,7 +5,10 @@
 #include "base/memory.h"
 #include "run/next/candidate_scores.h"
 #include "run/next/make_candidates.h"
-#include "run/recorded/recorded_run.h"
+#include "run/next/proposal_files.h"
+#include "run/next/reasons.h"
+#include "run/recorded/export_scene.h"
+#include "run/recorded/rendering.h"
 #include "train/trainer.h"
 
 enum { VAL_PIXELS_MAX = 4096 }; // pixels that the error of a validation photo is measured on
@@ -73,7 +76,7 @@ static enum vw_status pick(const struct vw_next_params *params, const struct vw_
         picks && gains && next->first_gains && next->proposals
             ? vw_next_candidates_pick(score, known, next->candidates, count, wanted, picks, gains, next->first_gains)
             : VW_ERROR_MEMORY;
-    for (uint32_t k = 0; k < wanted && !status; k++) next->proposals[k] = (struct vw_proposal){picks[k], gains[k]};
+    for (uint32_t k = 0; k < wanted && !status; k++) next->proposals[k] = (struct vw_proposal){.candidate = picks[k], .gain = gains[k]};
     next->proposal_count = status ? 0 : wanted;
     free(picks);
     free(gains);
@@ -94,31 +97,59 @@ static enum vw_status find_candidates(const struct vw_next_params *params, const
     return vw_next_candidates_make(&made, &next->candidates, &next->candidate_count);
 }
 
-enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next *next) {
+static enum vw_status explain(const struct vw_recorded_run *run, const struct known *known, struct vw_next *next) {
+    enum vw_status status = vw_next_explain(&known->views, known->maps, &known->depths, next);
+    for (uint32_t k = 0; k < next->proposal_count && !status; k++) {
+        next->proposals[k].nearest = vw_copy_text(run->scene->views[next->proposals[k].nearest_view].name);
+        if (!next->proposals[k].nearest) status = VW_ERROR_MEMORY;
+    }
+    vw_hash_to_hex(run->scene->hash, next->scene_hash);
+    return status;
+}
+
+static void forget(struct known *known) {
+    free(known->train);
+    free(known->val);
+    free(known->mse);
+    free(known->errors);
+    free(known->maps);
+}
+
+static enum vw_status make_locked(const struct vw_next_params *params, const struct vw_candidate_score *score,
+                                  struct vw_next *next) {
     struct vw_recorded_run run = {0};
     struct vw_trainer *trainer = NULL;
     struct known known = {0};
-    const struct vw_candidate_score *score = NULL;
-    *next = (struct vw_next){0};
-    enum vw_status status = vw_candidate_score_find(params->method, &score);
-    if (!status) status = vw_recorded_open(params->out, &run);
+    enum vw_status status = vw_recorded_open(params->out, &run);
     if (!status) status = vw_recorded_open_scene(&run, params->device);
     if (!status) status = vw_recorded_load_field(&run, &trainer);
     if (!status) status = know(run.scene, trainer, &known);
     if (!status) status = find_candidates(params, &run, &known, next);
     if (!status) status = pick(params, score, &known.views, next);
-    if (!status) next->method = score->name;
-    free(known.train);
-    free(known.val);
-    free(known.mse);
-    free(known.errors);
-    free(known.maps);
+    if (!status) status = explain(&run, &known, next);
+    const struct vw_proposal_files files = {params->out, params->to, run.scene, trainer, next};
+    if (!status) status = vw_proposal_files_write(&files);
+    forget(&known);
     vw_trainer_destroy(&trainer);
     vw_recorded_close(&run);
     return status;
 }
 
+enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next *next) {
+    const struct vw_candidate_score *score = NULL;
+    struct vw_out_lock *lock = NULL;
+    *next = (struct vw_next){0};
+    enum vw_status status = vw_candidate_score_find(params->method, &score);
+    if (!status) status = vw_export_check_target("to", params->to, true);
+    if (!status) status = vw_rendering_lock(params->out, NULL, &lock);
+    if (!status) next->method = score->name;
+    if (!status) status = make_locked(params, score, next);
+    vw_out_lock_release(&lock);
+    return status;
+}
+
 void vw_next_free(struct vw_next *next) {
+    for (uint32_t k = 0; k < next->proposal_count; k++) free(next->proposals[k].nearest);
     vw_next_candidates_free(&next->candidates, next->candidate_count);
     free(next->first_gains);
     free(next->proposals);
