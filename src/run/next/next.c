@@ -12,6 +12,7 @@
 #include "train/trainer.h"
 
 enum { VAL_PIXELS_MAX = 4096 }; // pixels that the error of a validation photo is measured on
+static const double MATTER_SHARE = 0.5; // of a ray's light: less is haze
 
 struct known {
     struct vw_known_views views;
@@ -35,7 +36,7 @@ static enum vw_status measure(struct vw_trainer *trainer, struct known *known) {
 
 static enum vw_status render_depths(void *context, const uint32_t *views, const struct vw_view *poses, uint32_t count,
                                     float **depths_world) {
-    return vw_trainer_render_poses(context, views, poses, count, true, depths_world);
+    return vw_trainer_render_poses(context, views, poses, count, MATTER_SHARE, depths_world);
 }
 
 static enum vw_status map_known(const struct vw_known_views *known, const struct vw_depth_source *depths,
