@@ -6,8 +6,10 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "run/next/candidate_poses.h"
 #include "run/next/make_candidates.h"
+#include "run/next/reasons.h"
 #include "scene/camera_path.h"
 
 enum { POSITION = 3, CAMERAS = 24, SEED = 5 };
@@ -186,12 +188,9 @@ static void assert_free(const struct world *world, const struct known *known, co
     }
 }
 
-// Returns the share of what a pose sees that two known photos see.
-static double share_seen(const struct world *world, const struct known *known, const struct vw_view *pose) {
-    const uint32_t nearest = 0;
-    struct vw_depth_map *map = NULL;
+// Returns the share of what a map sees that two known photos see.
+static double share_seen(const struct world *world, const struct known *known, const struct vw_depth_map *map) {
     uint32_t points = 0, seen = 0;
-    ASSERT_OK(vw_depth_maps_make(&(struct vw_depth_source){render, (void *)world}, &nearest, pose, 1, &map));
     for (uint32_t i = 0; i < VW_DEPTH_MAP_PIXELS; i++) {
         double point[3], out[3], place[3];
         if (!vw_depth_map_point(map, i, point)) continue;
@@ -209,8 +208,20 @@ static double share_seen(const struct world *world, const struct known *known, c
         }
         seen += seeing == 2;
     }
-    free(map);
     return points ? seen / (double)points : 0;
+}
+
+static void assert_sees(const struct world *world, const struct known *known, const struct vw_view *pose,
+                        const struct vw_depth_map *nearest) {
+    const uint32_t view = 0;
+    struct vw_depth_map *map = NULL;
+    double counts[CAMERAS];
+    ASSERT_OK(vw_depth_maps_make(&known->params.depths, &view, pose, 1, &map));
+    for (uint32_t v = 0; v < CAMERAS; v++) counts[v] = known->maps[v].seen_count;
+    assert_true(map->seen_count >= 0.5 * vw_median(counts, CAMERAS));
+    assert_true(map->nearest_world >= 0.5 * nearest->nearest_world);
+    assert_true(share_seen(world, known, map) > 0.35);
+    free(map);
 }
 
 TEST(places_are_new_clear_of_matter_and_see_what_photos_see) {
@@ -227,14 +238,17 @@ TEST(places_are_new_clear_of_matter_and_see_what_photos_see) {
         for (uint32_t c = 0; c < count; c++) {
             const double(*pose)[4] = candidates[c].pose.camera_to_world;
             const double position[3] = {pose[0][3], pose[1][3], pose[2][3]};
-            double nearest = INFINITY;
+            uint32_t nearest = 0;
             for (uint32_t v = 0; v < CAMERAS; v++) {
-                nearest = fmin(nearest, between(pose, known->views[v].camera_to_world));
+                if (between(pose, known->views[v].camera_to_world) <
+                    between(pose, known->views[nearest].camera_to_world))
+                    nearest = v;
                 assert_true(vw_view_apart(&scales, &candidates[c].pose, &known->views[v]) >= 0.25);
             }
-            assert_true(nearest <= 2 * scales.between_world * 1.000001);
+            double away = between(pose, known->views[nearest].camera_to_world);
+            assert_true(away <= 2 * scales.between_world * 1.000001);
             assert_free(world, known, position);
-            assert_true(share_seen(world, known, &candidates[c].pose) > 0.35);
+            assert_sees(world, known, &candidates[c].pose, &known->maps[nearest]);
             assert_int_equal(candidates[c].pose.camera.width_px, 64);
             assert_near(candidates[c].pose.camera.focal_x_px, 62, 0); // in the middle
             assert_near(candidates[c].pose.camera.k1, 0, 0);
@@ -325,4 +339,53 @@ TEST(a_world_without_matter_has_no_places) {
     assert_non_null(strstr(vw_error_message(), "empty: no place"));
     assert_null(candidates);
     forget(known);
+}
+
+TEST(reasons_follow_from_photos_and_errors) {
+    const double up[3] = {0, 0, 1};
+    const struct place {
+        double position[3], target[3];
+        uint32_t reasons;
+    } places[] = {
+        {{2.9, -0.6, 0.5}, {0, 0, 0}, 1u << VW_BETWEEN_PHOTOS},
+        {{-2.9, 0.6, 0.5}, {0, 0, 0}, 1u << VW_HIGH_ERROR},
+        {{7, -1, 1}, {0, 0, 0}, 1u << VW_EXTRAPOLATES},
+        {{2.9, -0.6, 0.5}, {9, -2, -0.5}, 1u << VW_EXTRAPOLATES | 1u << VW_SEEN_BY_FEW},
+    };
+    const uint32_t val_views[2] = {0, 12};
+    const double val_mse[2] = {0.01, 0.02};
+    struct known *known = know(&worlds[0]);
+    struct vw_candidate candidates[VW_ARRAY_COUNT(places)] = {0};
+    struct vw_proposal proposals[VW_ARRAY_COUNT(places)] = {0};
+    for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) {
+        candidates[p].pose.camera = vw_camera_pinhole(&known->views[0].camera);
+        assert_true(
+            vw_camera_look_at(places[p].position, places[p].target, up, candidates[p].pose.camera_to_world));
+        proposals[p].candidate = p;
+    }
+    const struct vw_known_views views = {.scene = &known->scene,
+                                         .views = known->list,
+                                         .count = CAMERAS,
+                                         .val_views = val_views,
+                                         .val_mse = val_mse,
+                                         .val_count = 2};
+    struct vw_next next = {
+        .candidates = candidates, .candidate_count = 4, .proposals = proposals, .proposal_count = VW_ARRAY_COUNT(places)};
+    ASSERT_OK(vw_next_explain(&views, known->maps, &known->params.depths, &next));
+    for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) assert_int_equal(proposals[p].reasons, places[p].reasons);
+    assert_int_equal(proposals[0].nearest_view, 23);
+    assert_int_equal(proposals[1].nearest_view, 11);
+    assert_true(proposals[0].seen_by > 2 * proposals[3].seen_by);
+    forget(known);
+}
+
+TEST(words_of_reasons_are_known_and_joined) {
+    char text[64];
+    vw_next_print_reasons(1u << VW_SEEN_BY_FEW | 1u << VW_EXTRAPOLATES, text, sizeof text);
+    assert_string_equal(text, "seen by few, extrapolates");
+    vw_next_print_reasons(0, text, sizeof text);
+    assert_string_equal(text, "");
+    assert_true(vw_next_reason_is_known("high error"));
+    assert_false(vw_next_reason_is_known("high"));
+    assert_false(vw_next_reason_is_known(NULL));
 }
