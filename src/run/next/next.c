@@ -70,7 +70,7 @@ enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next 
     if (!status) status = vw_recorded_open(params->out, &run);
     if (!status) status = vw_recorded_open_scene(&run, params->device);
     if (!status) status = vw_next_candidates_read(run.scene, params->among, &next->candidates, &next->candidate_count);
-    if (!status) status = vw_recorded_load_field(&run, &trainer);
+    if (!status) status = vw_recorded_load_field(&run, true, &trainer);
     if (!status) status = know(run.scene, trainer, &known);
     if (!status) status = pick(params, score, &known.views, next);
     if (!status) next->method = score->name;
