@@ -28,7 +28,7 @@ check "fewer" next --count 2 --json
 check "begin with the same" test "$(json '$.proposals[1].name')" = "$second"
 check "a photo that there is gains nothing alone" test "$(json '$.candidates[0].name'), $(json '$.candidates[0].gain')" = "$first, 0.0"
 check "a text" eval 'next --count 1 && says "^ 1 .* away.png$"'
-check "another method is refused by its names" refuses '--method nearest: does not score places; one of these does: farthest' \
+check "another method is refused by its names" refuses '--method nearest: does not score places; one of these does: farthest, coverage' \
     --method nearest --among "$folder/poses.json"
 check "without poses it is refused" refuses '--among'
 printf '{"frames": [{"transform_matrix": 3}]}' >"$folder/bad.json"

@@ -31,7 +31,7 @@ struct vw_candidate_score {
     void (*destroy)(void **state);
 };
 
-extern const struct vw_candidate_score vw_score_farthest, vw_score_coverage, vw_score_nearest_error;
+extern const struct vw_candidate_score vw_score_farthest, vw_score_coverage, vw_score_nearest_error, vw_score_fisher;
 
 // Returns the score of this name, NULL: the default. VW_ERROR_USAGE lists the names there are.
 enum vw_status vw_candidate_score_find(const char *name, const struct vw_candidate_score **score);

@@ -123,7 +123,7 @@ static enum vw_status make_locked(const struct vw_next_params *params, const str
     struct known known = {0};
     enum vw_status status = vw_recorded_open(params->out, &run);
     if (!status) status = vw_recorded_open_scene(&run, params->device);
-    if (!status) status = vw_recorded_load_field(&run, &trainer);
+    if (!status) status = vw_recorded_load_field(&run, true, &trainer);
     if (!status) status = know(run.scene, trainer, &known);
     if (!status) status = find_candidates(params, &run, &known, next);
     if (!status) status = pick(params, score, &known.views, next);

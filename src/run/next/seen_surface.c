@@ -7,7 +7,7 @@
 #include "scene/camera_path.h"
 #include "train/trainer.h"
 
-enum { SIDE = 32, BINS = 6 }; // of cells; of directions, by their largest coordinate and its sign
+enum { SIDE = 32, BINS = 6 }; // counts of cells, and of directions by their largest coordinate and its sign
 enum { CELLS = 2 * SIDE * 2 * SIDE * 2 * SIDE * BINS };
 
 static uint32_t bin_of(const double direction[3]) {

@@ -19,7 +19,7 @@ struct vw_seen_surface {
     uint32_t photo_count;
 };
 
-// What a photo sees: the cell of each pixel of a coarse picture, VW_SEEN_NOTHING where nothing is.
+// The cells that a photo sees: one for each pixel of a coarse picture, VW_SEEN_NOTHING where nothing is.
 struct vw_seen_cells {
     uint32_t *cells; // owned (free)
     uint32_t count;
