@@ -30,7 +30,6 @@ check "a photo that there is gains nothing alone" test "$(json '$.candidates[0].
 check "a text" eval 'next --count 1 && says "^ 1 .* away.png$"'
 check "another method is refused by its names" refuses '--method nearest: does not score places; one of these does: farthest, coverage' \
     --method nearest --among "$folder/poses.json"
-check "without poses it is refused" refuses '--among'
 printf '{"frames": [{"transform_matrix": 3}]}' >"$folder/bad.json"
 check "a bad file is refused" refuses 'bad\.json: frame 0' --among "$folder/bad.json"
 conclude

@@ -349,8 +349,9 @@ TEST(reasons_follow_from_photos_and_errors) {
     } places[] = {
         {{2.9, -0.6, 0.5}, {0, 0, 0}, 1u << VW_BETWEEN_PHOTOS},
         {{-2.9, 0.6, 0.5}, {0, 0, 0}, 1u << VW_HIGH_ERROR},
-        {{7, -1, 1}, {0, 0, 0}, 1u << VW_EXTRAPOLATES},
-        {{2.9, -0.6, 0.5}, {9, -2, -0.5}, 1u << VW_EXTRAPOLATES | 1u << VW_SEEN_BY_FEW},
+        {{7, -1, 4}, {0, 0, 0}, 1u << VW_EXTRAPOLATES}, // through a long lens
+        // Away from all: camera 12, across, looks in a like direction.
+        {{2.9, -0.6, 0.5}, {9, -2, -0.5}, 1u << VW_EXTRAPOLATES | 1u << VW_SEEN_BY_FEW | 1u << VW_HIGH_ERROR},
     };
     const uint32_t val_views[2] = {0, 12};
     const double val_mse[2] = {0.01, 0.02};
@@ -358,7 +359,9 @@ TEST(reasons_follow_from_photos_and_errors) {
     struct vw_candidate candidates[VW_ARRAY_COUNT(places)] = {0};
     struct vw_proposal proposals[VW_ARRAY_COUNT(places)] = {0};
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) {
-        candidates[p].pose.camera = vw_camera_pinhole(&known->views[0].camera);
+        struct vw_camera *camera = &candidates[p].pose.camera;
+        *camera = vw_camera_pinhole(&known->views[0].camera);
+        if (p == 2) camera->focal_x_px = camera->focal_y_px = 250;
         assert_true(
             vw_camera_look_at(places[p].position, places[p].target, up, candidates[p].pose.camera_to_world));
         proposals[p].candidate = p;
