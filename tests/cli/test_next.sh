@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# next from outside: places among poses of a file, by every method, and what is refused. Takes the program's path.
+# next from outside: places among poses of a file and made ones, its files, and what is refused. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 out=$folder/run
@@ -32,4 +32,48 @@ check "another method is refused by its names" refuses '--method nearest: does n
     --method nearest --among "$folder/poses.json"
 printf '{"frames": [{"transform_matrix": 3}]}' >"$folder/bad.json"
 check "a bad file is refused" refuses 'bad\.json: frame 0' --among "$folder/bad.json"
+
+# ---- Places that are made, and files --------------------------------------------------------------------------------------
+
+made() { run "$program" next "$out" "$@" --device llvmpipe --quiet; }
+sums_hold() { (cd "$out" && sha256sum --check --quiet SHA256SUMS) && run "$program" verify "$out" --device llvmpipe --quiet; }
+rm "$out"/next*
+cp "$out/report.html" "$folder/report.html"
+printf mine >"$out/next_04.png"
+check "places around the cameras" made --count 3 --json
+check "are written, with what was printed" answers "j -> '\$.proposals' = (SELECT CAST(readfile('$folder/stdout') AS TEXT) -> '\$.proposals')
+    AND json_array_length(j, '\$.proposals') = 3 AND j ->> '\$.proposals[2].render' = 'next_03.png'
+    AND json_array_length(j, '\$.proposals[0].reasons') > 0" sqlite3 :memory: "SELECT json(CAST(readfile('$out/next.json') AS TEXT))"
+check "with a picture each" test "$(head -qc 8 "$out"/next_0[123].png | grep -ac PNG)" = 3
+check "and no other file is touched" test "$(cat "$out/next_04.png")" = mine
+check "nor the list of results" sums_hold
+cp -r "$out" "$folder/first"
+check "again" made --count 3
+check "the same bits" diff -r "$out" "$folder/first"
+check "five of them" made --count 5 --to "$folder/to.json"
+check "and two" made --count 2 --to "$folder/to.ply"
+check "leave no picture of a third" test "$(cd "$out" && echo next*)" = "next.json next_01.png next_02.png"
+check "poses for other programs are proposed in the same order" eval 'made --among "$folder/to.json" --count 5 --json &&
+    test "$(json "\$.proposals[0].name"), $(json "\$.proposals[4].name")" = "next_01.png, next_05.png"'
+check "with their size, focal length and reason" answers "j ->> '\$.frames[4].w' = 16 AND j ->> '\$.frames[4].fl_x' > 1
+    AND j ->> '\$.frames[4].reason' <> '' AND j ->> '\$.frames[4].transform_matrix[3][3]' = 1" cat "$folder/to.json"
+check "a pyramid each" grep -qx 'element vertex 10' "$folder/to.ply"
+check "the first is yellow, the last violet" test "$(sed '1,/^end_header$/d' "$folder/to.ply" | sed -n '1p;10p' | cut -d' ' -f4- | xargs)" = \
+    "253 231 37 68 1 84"
+check "an existing file is refused" refuses '--to .*to.json: exists' --to "$folder/to.json"
+check "so is another ending" refuses '--to .*must end in .ply or .json' --to "$folder/to.csv"
+check "the report stays until it is made again" cmp "$out/report.html" "$folder/report.html"
+check "then it shows them, and the list has it" eval 'run "$program" report "$out" --quiet && sums_hold &&
+    grep -q "\"next\":{" "$out/report.html"'
+rm "$out/next_01.png" && mkdir "$out/next_01.png"
+check "where a picture cannot be written, it fails" fails 1 'next_01.png' "$program" next "$out" --count 2 --device llvmpipe --quiet
+check "and leaves no list of places" test ! -e "$out/next.json"
+check "and a report without them has the bytes that it had" eval 'run "$program" report "$out" --quiet &&
+    cmp "$out/report.html" "$folder/report.html"'
+rmdir "$out/next_01.png"
+check "new steps take places away" eval 'made --count 2 && run "$program" value "$scene" --out "$out" --resume --epochs 4 "${small[@]}" &&
+    test ! -e "$out/next.json"'
+out=$folder/trained
+check "a run without validation" run "$program" train "$scene" --out "$out" --epochs 3 "${small[@]}"
+check "has places, too" made --count 2
 conclude

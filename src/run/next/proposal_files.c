@@ -8,6 +8,7 @@
 
 #include "base/csv.h"
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "image/image.h"
@@ -46,18 +47,34 @@ static enum vw_status render_proposal(const struct vw_proposal_files *files, uin
     return status;
 }
 
-// Removes next.json and, if there was one, the renders of its further proposals.
+// Counts the proposals of an earlier call; 0 without a list of them that can be read.
+static uint32_t count_earlier(const char *out) {
+    json_error_t error;
+    void *text = NULL;
+    size_t size_bytes = 0;
+    if (!vw_file_exists_inside(out, VW_NEXT_FILE) ||
+        vw_file_read_inside(out, VW_NEXT_FILE, VW_NEXT_LIMIT_BYTES, &text, &size_bytes))
+        return 0;
+    json_t *list = vw_json_load(text, size_bytes, 0, &error);
+    size_t count = json_array_size(json_object_get(list, "proposals"));
+    json_decref(list);
+    free(text);
+    return count < VW_CAMERA_PATH_FRAMES_MOST ? (uint32_t)count : VW_CAMERA_PATH_FRAMES_MOST;
+}
+
+// Removes next.json, and the renders of its proposals beyond so many.
 static enum vw_status remove_earlier(const char *out, uint32_t proposal_count) {
+    uint32_t earlier = count_earlier(out);
     char *list = vw_path_join(out, VW_NEXT_FILE);
     if (!list) return VW_ERROR_MEMORY;
-    bool removed = unlink(list) == 0;
-    enum vw_status status =
-        removed || errno == ENOENT ? VW_OK : vw_fail(VW_ERROR_IO, "%s: cannot remove: %s", list, strerror(errno));
+    enum vw_status status = unlink(list) == 0 || errno == ENOENT
+                                ? VW_OK
+                                : vw_fail(VW_ERROR_IO, "%s: cannot remove: %s", list, strerror(errno));
     free(list);
-    for (uint32_t place = proposal_count; removed && !status; place++) {
+    for (uint32_t place = proposal_count; place < earlier && !status; place++) {
         char *path = name_render(out, place);
-        removed = path && unlink(path) == 0;
-        if (!path) status = VW_ERROR_MEMORY;
+        if (path) (void)unlink(path);
+        else status = VW_ERROR_MEMORY;
         free(path);
     }
     return status;

@@ -6,6 +6,7 @@
 
 #include "run/next/next.h"
 
+enum { VW_NEXT_LIMIT_BYTES = 16 << 20 };
 #define VW_NEXT_RENDER_NAME "next_%02u.png" // in OUT, the first is 1
 
 // Makes {"scene_hash": hex, "method": name, "proposals": [...]}. A proposal has its position and unit direction of view
