@@ -63,7 +63,8 @@ const struct vw_option vw_option_table[] = {
      "File to write: the photo list of select, the image of render (.png or .exr, default "
      "OUT/render_VIEW.png) or its folder of frames (default OUT/frames), the page of report (default report.html in "
      "the first OUT), or the places of next, as a transforms file (.json) or as pyramids (.ply)",
-     VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
+     VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, to),
+     COMMON},
     {"copy", "DIR",
      "Folder to make with the photos that select keeps and those that validate and test, their masks and maps of "
      "features, a COLMAP model and transforms.json, for other trainers; beside or instead of --to",

@@ -56,9 +56,9 @@ function showPlaces() {
   const planned = runs.filter(one => one.next && one.next.proposals.length);
   if (!planned.length) return;
   byId('distribution').before(element('section', {id: 'next'}, element('h2', {}, 'Places for the next photos'),
-    element('p', {class: 'quiet'}, 'Proposed by viewworth next, the most valuable first: numbered pyramids on the map. A distance of 1 is ' +
-      'usual between neighbouring photos. The photos that see it are the median over what a photo from there would show.'),
+    element('p', {class: 'quiet'}, 'Proposed by viewworth next, the most valuable first: numbered pyramids on the map. A distance ' +
+      'of 1 is usual between neighbouring photos. The photos that see it are the median over what a photo from there would show.'),
     ...planned.flatMap(one => [...(runs.length > 1 ? [element('h3', {}, nameOfRun(one))] : []), placesTable(one)])));
-  redrawCharts(); // those drawn before this script
+  redrawCharts(); // some are older than this script
 }
 showPlaces();

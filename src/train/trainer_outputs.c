@@ -164,7 +164,7 @@ enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, s
 
 // ---- Views ----------------------------------------------------------------------------------------------------------
 
-static const double DEPTH_SHARE = 0.01; // of a ray's light, that tells a depth
+static const double DEPTH_SHARE = 0.01; // the least part of a ray's light that tells a depth
 
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
     const struct vw_camera *camera = &trainer->scene->views[view].camera;

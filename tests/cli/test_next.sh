@@ -41,8 +41,9 @@ rm "$out"/next*
 cp "$out/report.html" "$folder/report.html"
 printf mine >"$out/next_04.png"
 check "places around the cameras" made --count 3 --json
-check "are written, with what was printed" answers "j -> '\$.proposals' = (SELECT CAST(readfile('$folder/stdout') AS TEXT) -> '\$.proposals')
-    AND json_array_length(j, '\$.proposals') = 3 AND j ->> '\$.proposals[2].render' = 'next_03.png'
+check "are written, with what was printed" answers "j -> '\$.proposals' =
+    (SELECT CAST(readfile('$folder/stdout') AS TEXT) -> '\$.proposals') AND json_array_length(j, '\$.proposals') = 3
+    AND j ->> '\$.proposals[2].render' = 'next_03.png'
     AND json_array_length(j, '\$.proposals[0].reasons') > 0" sqlite3 :memory: "SELECT json(CAST(readfile('$out/next.json') AS TEXT))"
 check "with a picture each" test "$(head -qc 8 "$out"/next_0[123].png | grep -ac PNG)" = 3
 check "and no other file is touched" test "$(cat "$out/next_04.png")" = mine
@@ -58,8 +59,8 @@ check "poses for other programs are proposed in the same order" eval 'made --amo
 check "with their size, focal length and reason" answers "j ->> '\$.frames[4].w' = 16 AND j ->> '\$.frames[4].fl_x' > 1
     AND j ->> '\$.frames[4].reason' <> '' AND j ->> '\$.frames[4].transform_matrix[3][3]' = 1" cat "$folder/to.json"
 check "a pyramid each" grep -qx 'element vertex 10' "$folder/to.ply"
-check "the first is yellow, the last violet" test "$(sed '1,/^end_header$/d' "$folder/to.ply" | sed -n '1p;10p' | cut -d' ' -f4- | xargs)" = \
-    "253 231 37 68 1 84"
+check "the first is yellow, the last violet" test "$(sed '1,/^end_header$/d' "$folder/to.ply" | sed -n '1p;10p' | cut -d' ' -f4- |
+    xargs)" = "253 231 37 68 1 84"
 check "an existing file is refused" refuses '--to .*to.json: exists' --to "$folder/to.json"
 check "so is another ending" refuses '--to .*must end in .ply or .json' --to "$folder/to.csv"
 check "the report stays until it is made again" cmp "$out/report.html" "$folder/report.html"

@@ -25,7 +25,7 @@ struct world {
     struct ball balls[4];
     struct wall walls[6];
     uint32_t ball_count, wall_count;
-    void (*place)(uint32_t number, double position[3], double target[3]); // of its cameras
+    void (*place)(uint32_t number, double position[3], double target[3]); // places its cameras
 };
 
 // ---- Worlds --------------------------------------------------------------------------------------------------------
@@ -85,8 +85,7 @@ static double trace(const struct world *world, const double from[3], const doubl
         double away[3];
         for (int i = 0; i < 3; i++) away[i] = from[i] - world->balls[b].centre[i];
         double a = dot(direction, direction), half = dot(direction, away),
-               rest = dot(away, away) - world->balls[b].radius * world->balls[b].radius,
-               root = half * half - a * rest;
+               rest = dot(away, away) - world->balls[b].radius * world->balls[b].radius, root = half * half - a * rest;
         for (int sign = -1; sign <= 1 && root >= 0; sign += 2) {
             double steps = (-half + sign * sqrt(root)) / a;
             if (steps > 0 && steps < least) least = steps;
@@ -149,7 +148,7 @@ static struct known *know(const struct world *world) {
                                                     .centre_y_px = 24,
                                                     .k1 = 0.01};
         world->place(v, position, target);
-        if (world->place == on_grid) // whose upper side is y
+        if (world->place == on_grid) // y is up there
             assert_true(vw_camera_look_at(position, target, (double[]){0, 1, 0}, known->views[v].camera_to_world));
         else assert_true(vw_camera_look_at(position, target, up, known->views[v].camera_to_world));
     }
@@ -201,9 +200,10 @@ static double share_seen(const struct world *world, const struct known *known, c
             const struct vw_camera pinhole = vw_camera_pinhole(&known->views[v].camera);
             double from[3], column, row;
             for (int k = 0; k < 3; k++) from[k] = to_world[k][3], out[k] = point[k] - from[k];
-            for (int k = 0; k < 3; k++) place[k] = to_world[0][k] * out[0] + to_world[1][k] * out[1] + to_world[2][k] * out[2];
-            bool in_picture = vw_camera_project(&pinhole, place, &column, &row) && column >= 0 && column < 64 &&
-                              row >= 0 && row < 48;
+            for (int k = 0; k < 3; k++)
+                place[k] = to_world[0][k] * out[0] + to_world[1][k] * out[1] + to_world[2][k] * out[2];
+            bool in_picture =
+                vw_camera_project(&pinhole, place, &column, &row) && column >= 0 && column < 64 && row >= 0 && row < 48;
             seeing += in_picture && trace(world, from, out) > 0.9; // nothing stands before the point
         }
         seen += seeing == 2;
@@ -290,8 +290,9 @@ TEST(half_of_the_poses_lie_between_cameras_and_some_look_at_targets) {
     for (uint32_t n = 0; n < 40 * CAMERAS; n++) {
         double pose[3][4], place[3], off_focus = 0, off_target = 0;
         assert_true(vw_pose_draw(&all, n % CAMERAS, n / CAMERAS, pose));
-        for (int k = 0; k < 3; k++) place[k] = pose[0][k] * pose[0][3] + pose[1][k] * pose[1][3] + pose[2][k] * pose[2][3];
-        off_focus = hypot(place[0], place[1]); // of the origin, across the axis
+        for (int k = 0; k < 3; k++)
+            place[k] = pose[0][k] * pose[0][3] + pose[1][k] * pose[1][3] + pose[2][k] * pose[2][3];
+        off_focus = hypot(place[0], place[1]); // the origin's distance from the axis
         for (int k = 0; k < 2; k++) off_target = hypot(off_target, place[k] + 0.5 * pose[2][k]);
         assert_true(off_focus < 1e-9 || off_target < 1e-9);
         at_target += off_target < 1e-9;
@@ -362,8 +363,7 @@ TEST(reasons_follow_from_photos_and_errors) {
         struct vw_camera *camera = &candidates[p].pose.camera;
         *camera = vw_camera_pinhole(&known->views[0].camera);
         if (p == 2) camera->focal_x_px = camera->focal_y_px = 250;
-        assert_true(
-            vw_camera_look_at(places[p].position, places[p].target, up, candidates[p].pose.camera_to_world));
+        assert_true(vw_camera_look_at(places[p].position, places[p].target, up, candidates[p].pose.camera_to_world));
         proposals[p].candidate = p;
     }
     const struct vw_known_views views = {.scene = &known->scene,
@@ -372,8 +372,10 @@ TEST(reasons_follow_from_photos_and_errors) {
                                          .val_views = val_views,
                                          .val_mse = val_mse,
                                          .val_count = 2};
-    struct vw_next next = {
-        .candidates = candidates, .candidate_count = 4, .proposals = proposals, .proposal_count = VW_ARRAY_COUNT(places)};
+    struct vw_next next = {.candidates = candidates,
+                           .candidate_count = 4,
+                           .proposals = proposals,
+                           .proposal_count = VW_ARRAY_COUNT(places)};
     ASSERT_OK(vw_next_explain(&views, known->maps, &known->params.depths, &next));
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) assert_int_equal(proposals[p].reasons, places[p].reasons);
     assert_int_equal(proposals[0].nearest_view, 23);

@@ -1,7 +1,7 @@
+#include "run/next/next.h"
 #include "base/json.h"
 #include "cli/commands/commands.h"
 #include "cli/output/print.h"
-#include "run/next/next.h"
 #include "run/next/proposals_json.h"
 #include "run/next/reasons.h"
 
@@ -28,15 +28,16 @@ static void print_row(const struct vw_next *next, uint32_t place) {
     char reasons[128];
     vw_next_print_reasons(proposal->reasons, reasons, sizeof reasons);
     vw_print("%2u %9.3g  %8.3g %8.3g %8.3g  %5.2f %5.2f %5.2f  %5.1f  %7.0f  %-20s  %s%s%s\n", place + 1,
-             proposal->gain, pose[0][3], pose[1][3], pose[2][3], -pose[0][2], -pose[1][2], -pose[2][2],
-             proposal->apart, proposal->seen_by, proposal->nearest, reasons, candidate->name ? "  " : "",
+             proposal->gain, pose[0][3], pose[1][3], pose[2][3], -pose[0][2], -pose[1][2], -pose[2][2], proposal->apart,
+             proposal->seen_by, proposal->nearest, reasons, candidate->name ? "  " : "",
              candidate->name ? candidate->name : "");
 }
 
 static void print_text(const struct vw_options *options, const struct vw_next *next) {
     vw_print("%u of %u places, the most valuable first by %s\n", next->proposal_count, next->candidate_count,
              next->method);
-    vw_print(" n      gain  position                    direction         distance seen by  nearest photo         why\n");
+    vw_print(
+        " n      gain  position                    direction         distance seen by  nearest photo         why\n");
     for (uint32_t k = 0; k < next->proposal_count; k++) print_row(next, k);
     vw_print("renders  %s/" VW_NEXT_RENDER_NAME " ...; viewworth report %s shows the places on its map\n",
              options->operand, 1u, options->operand);

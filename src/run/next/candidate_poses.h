@@ -14,9 +14,9 @@ enum { VW_POSE_TARGETS = 8 };
 
 // A known photo, as poses are made from it.
 struct vw_pose_base {
-    uint32_t view;          // scene index
-    double focus_world[3];  // what it looks at: on its axis, at its median depth
-    uint32_t target_count;  // of surface points that it sees and few photos see, the fewest first
+    uint32_t view;         // scene index
+    double focus_world[3]; // on its axis, at its median depth
+    uint32_t target_count; // surface points that it sees and few photos see, the fewest first
     double targets_world[VW_POSE_TARGETS][3];
 };
 

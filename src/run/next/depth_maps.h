@@ -21,10 +21,10 @@ struct vw_depth_source {
 };
 
 struct vw_depth_map {
-    struct vw_view pose;                // with a pinhole camera of the map's size; its pixels need not be square
+    struct vw_view pose;                     // with a pinhole camera of the map's size; its pixels need not be square
     float depths_world[VW_DEPTH_MAP_PIXELS]; // along the axis, rows top to bottom; 0: nothing is there
-    double nearest_world, median_world; // 5 % quantile and median of the depths; 0: nothing is there
-    uint32_t seen_count;                // pixels that see something
+    double nearest_world, median_world;      // 5 % quantile and median of the depths; 0: nothing is there
+    uint32_t seen_count;                     // pixels that see something
 };
 
 // Makes the map of each pose, owned by the caller (free). An effect that sees photos sees poses[i] by that of views[i].

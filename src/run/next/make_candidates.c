@@ -12,11 +12,11 @@
 
 enum { DRAWS_PER_PHOTO = 20, DRAWS_LEAST = 200, DRAWS_MOST = 2000, ENOUGH = 400, BLOCK = 100 };
 enum { SEEING_MOST = 255, SEEING_LEAST = 2, LINE_SIDE_PX = 3, LINE_PIXELS = LINE_SIDE_PX * LINE_SIDE_PX };
-static const double NEW_LEAST = 0.25;                    // of a usual distance
-static const double CLEAR_LEAST = 0.5;                   // of what is nearest to the nearest known camera
-static const double FREE_LEAST = 1.25;                   // depths of surfaces are blurred
-static const double SEEN_LEAST = 0.5;                    // of what the pose sees, and of what the median photo sees
-static const double TILT = 0.01;
+static const double NEW_LEAST = 0.25;  // in usual distances
+static const double CLEAR_LEAST = 0.5; // in distances from the nearest known camera to what is nearest to it
+static const double FREE_LEAST = 1.25; // depths of surfaces are blurred
+static const double SEEN_LEAST = 0.5;  // both shares: what two photos see, and what the median photo sees
+static const double TILT = 0.01;       // a line may go straight up
 static const double LINE_HALF_ANGLE = 3 * M_PI / 180;
 
 enum axis { RIGHT, UP, BACK, POSITION }; // columns of camera_to_world
@@ -26,8 +26,8 @@ struct making {
     struct vw_view_scales scales;
     struct vw_pose_bases known;
     struct vw_camera camera;
-    double seen_least;   // pixels of a map
-    uint32_t *order;     // owned; of bases
+    double seen_least;         // pixels of a map
+    uint32_t *order;           // owned; of bases
     struct vw_candidate *kept; // owned
     uint32_t kept_count;
 };
@@ -49,7 +49,8 @@ static void find_targets(const struct vw_candidate_params *params, const struct 
     uint32_t count = 0;
     for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++)
         if (vw_depth_map_point(map, vw_sparse_pixel(i), points[count]))
-            seeing[count] = vw_depth_maps_count_seeing(params->maps, params->count, points[count], SEEING_MOST), count++;
+            seeing[count] = vw_depth_maps_count_seeing(params->maps, params->count, points[count], SEEING_MOST),
+            count++;
     vw_order(seeing, count, ordered);
     base->target_count = count < VW_POSE_TARGETS ? count : VW_POSE_TARGETS;
     for (uint32_t k = 0; k < base->target_count; k++)
@@ -138,7 +139,6 @@ static bool aim(const struct vw_view *from, const struct vw_view *to, struct vw_
                              .far_world = from->far_world};
     return vw_camera_look_at(position, target, up, line->camera_to_world);
 }
-
 
 static bool draw_pose(const struct making *making, uint32_t place, struct vw_view *pose) {
     *pose = (struct vw_view){.camera = making->camera};
@@ -242,7 +242,7 @@ static enum vw_status make_blocks(struct making *making) {
 }
 
 enum vw_status vw_next_candidates_make(const struct vw_candidate_params *params, struct vw_candidate **candidates,
-                                  uint32_t *count) {
+                                       uint32_t *count) {
     struct making making = {.params = params};
     enum vw_status status = prepare(&making);
     if (!status) status = make_blocks(&making);

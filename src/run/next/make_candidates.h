@@ -24,6 +24,6 @@ struct vw_candidate_params { // all borrowed
 //                    known photos see, so that structure from motion can register a photo from there.
 // VW_ERROR_INPUT when none is left. The caller frees them (vw_next_candidates_free).
 enum vw_status vw_next_candidates_make(const struct vw_candidate_params *params, struct vw_candidate **candidates,
-                                  uint32_t *count);
+                                       uint32_t *count);
 
 #endif

@@ -11,15 +11,15 @@
 #include "run/recorded/rendering.h"
 #include "train/trainer.h"
 
-enum { VAL_PIXELS_MAX = 4096 }; // pixels that the error of a validation photo is measured on
-static const double MATTER_SHARE = 0.5; // of a ray's light: less is haze
+enum { VAL_PIXELS_MAX = 4096 };         // pixels that the error of a validation photo is measured on
+static const double MATTER_SHARE = 0.5; // a ray that keeps more of its light sees haze
 
 struct known {
     struct vw_known_views views;
     uint32_t *train, *val; // owned, as all below
     double *mse;
     struct vw_view_error *errors;
-    struct vw_depth_map *maps; // of the photos trained on
+    struct vw_depth_map *maps; // by photo trained on
     struct vw_depth_source depths;
 };
 
@@ -77,7 +77,8 @@ static enum vw_status pick(const struct vw_next_params *params, const struct vw_
         picks && gains && next->first_gains && next->proposals
             ? vw_next_candidates_pick(score, known, next->candidates, count, wanted, picks, gains, next->first_gains)
             : VW_ERROR_MEMORY;
-    for (uint32_t k = 0; k < wanted && !status; k++) next->proposals[k] = (struct vw_proposal){.candidate = picks[k], .gain = gains[k]};
+    for (uint32_t k = 0; k < wanted && !status; k++)
+        next->proposals[k] = (struct vw_proposal){.candidate = picks[k], .gain = gains[k]};
     next->proposal_count = status ? 0 : wanted;
     free(picks);
     free(gains);
@@ -90,11 +91,11 @@ static enum vw_status find_candidates(const struct vw_next_params *params, const
     if (params->among)
         return vw_next_candidates_read(run->scene, params->among, &next->candidates, &next->candidate_count);
     struct vw_candidate_params made = {.scene = run->scene,
-                                             .views = known->train,
-                                             .count = known->views.count,
-                                             .maps = known->maps,
-                                             .depths = known->depths,
-                                             .seed = run->config.seed};
+                                       .views = known->train,
+                                       .count = known->views.count,
+                                       .maps = known->maps,
+                                       .depths = known->depths,
+                                       .seed = run->config.seed};
     return vw_next_candidates_make(&made, &next->candidates, &next->candidate_count);
 }
 

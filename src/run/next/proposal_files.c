@@ -39,8 +39,8 @@ static enum vw_status render_proposal(const struct vw_proposal_files *files, uin
     float *rgb = NULL;
     char *path = name_render(files->out, place);
     if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_trainer_render_posed(files->trainer, files->next->proposals[place].nearest_view, &pose,
-                                                    false, &rgb);
+    enum vw_status status =
+        vw_trainer_render_posed(files->trainer, files->next->proposals[place].nearest_view, &pose, false, &rgb);
     if (!status) status = vw_image_save(path, pose.camera.width_px, pose.camera.height_px, 3, rgb);
     free(rgb);
     free(path);

@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_RUN_NEXT_PROPOSAL_FILES_H
 #define VIEWWORTH_RUN_NEXT_PROPOSAL_FILES_H
 
-#include "run/next/next.h"
+#include "run/next/proposals.h"
 
 struct vw_trainer;
 
@@ -10,7 +10,8 @@ enum { VW_NEXT_RENDER_WIDTH_MOST_PX = 480 };
 
 struct vw_proposal_files { // all borrowed
     const char *out;
-    const char *to; // .json: a transforms.json; .ply: cameras as pyramids, the first yellow, the last violet; NULL: none
+    const char
+        *to; // .json: a transforms.json; .ply: cameras as pyramids, the first yellow, the last violet; NULL: none
     const struct vw_scene *scene;
     struct vw_trainer *trainer; // holds the field
     const struct vw_next *next;

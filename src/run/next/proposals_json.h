@@ -4,7 +4,7 @@
 
 #include <jansson.h>
 
-#include "run/next/next.h"
+#include "run/next/proposals.h"
 
 enum { VW_NEXT_LIMIT_BYTES = 16 << 20 };
 #define VW_NEXT_RENDER_NAME "next_%02u.png" // in OUT, the first is 1
@@ -15,7 +15,8 @@ enum { VW_NEXT_LIMIT_BYTES = 16 << 20 };
 // and its name in the file that it was chosen from (null: none). NULL when memory is short.
 json_t *vw_proposals_to_json(const struct vw_next *next);
 
-// Checks such a file of a stranger, for a page. VW_ERROR_INPUT names the file and what is wrong; `path` is for messages.
+// Checks such a file of a stranger, for a page. VW_ERROR_INPUT names the file and what is wrong; `path` is for
+// messages.
 enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count);
 
 #endif

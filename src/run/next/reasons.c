@@ -9,8 +9,8 @@
 #include "base/statistics.h"
 #include "scene/view_distance.h"
 
-static const double FEW_MOST = 0.5;      // of what is usual
-static const double FAR_LEAST = 2;       // usual distances
+static const double FEW_MOST = 0.5; // in parts of the usual number
+static const double FAR_LEAST = 2;  // usual distances
 
 static const char *const words[VW_NEXT_REASON_COUNT] = {[VW_SEEN_BY_FEW] = "seen by few",
                                                         [VW_HIGH_ERROR] = "high error",

@@ -69,12 +69,12 @@ static enum vw_status read_scores(struct export *export) {
 static json_t *camera_to_json(const struct vw_camera_pyramid *camera, double score) {
     const struct vw_view *view = camera->view;
     return json_pack("{s:s, s:s, s:o, s:[fff], s:o, s:[ff], s:[ff], s:[ii], s:[iii]}", "name", view->name, "split",
-                     vw_split_name(view->split), "score", vw_json_real(score), "position",
-                     view->camera_to_world[0][3], view->camera_to_world[1][3], view->camera_to_world[2][3],
-                     "camera_to_world", vw_pose_to_json(view->camera_to_world), "focal_px", view->camera.focal_x_px,
+                     vw_split_name(view->split), "score", vw_json_real(score), "position", view->camera_to_world[0][3],
+                     view->camera_to_world[1][3], view->camera_to_world[2][3], "camera_to_world",
+                     vw_pose_to_json(view->camera_to_world), "focal_px", view->camera.focal_x_px,
                      view->camera.focal_y_px, "centre_px", view->camera.centre_x_px, view->camera.centre_y_px,
-                     "size_px", (int)view->camera.width_px, (int)view->camera.height_px, "colour",
-                     (int)camera->rgb[0], (int)camera->rgb[1], (int)camera->rgb[2]);
+                     "size_px", (int)view->camera.width_px, (int)view->camera.height_px, "colour", (int)camera->rgb[0],
+                     (int)camera->rgb[1], (int)camera->rgb[2]);
 }
 
 static enum vw_status write_cameras(const struct export *export, const char *path) {

@@ -5,7 +5,7 @@
 #include "base/csv.h"
 #include "scene/formats/points_ply.h"
 
-static const double DEPTH_SHARE = 0.06; // of the mean distance of cameras from their centre
+static const double DEPTH_SHARE = 0.06; // the mean distance of cameras from their centre is 1
 
 double vw_camera_pyramid_depth(const struct vw_scene *scene) {
     double mean[3] = {0}, distance = 0, count = scene->view_count;

@@ -49,7 +49,8 @@ static void warn_of_lenses(const struct vw_scene *scene) {
 }
 
 json_t *vw_transforms_frame_to_json(const struct vw_view *view, const char *name, const char *mask, bool own_camera) {
-    json_t *frame = json_pack("{s:s, s:o}", "file_path", name, "transform_matrix", vw_pose_to_json(view->camera_to_world));
+    json_t *frame =
+        json_pack("{s:s, s:o}", "file_path", name, "transform_matrix", vw_pose_to_json(view->camera_to_world));
     if (mask) vw_json_set(&frame, "mask_path", json_string(mask));
     if (own_camera) set_camera(&frame, &view->camera);
     return frame;

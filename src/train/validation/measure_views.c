@@ -320,7 +320,7 @@ enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_
     enum vw_status status = pixels && colours && rendered ? VW_OK : VW_ERROR_MEMORY;
     if (!status)
         status = pictures->depth_share > 0 ? vw_evaluator_create_of_depth(field, rays, &evaluator)
-                                 : vw_evaluator_create(field, rays, &evaluator);
+                                           : vw_evaluator_create(field, rays, &evaluator);
     for (uint32_t i = 0; i < count && !status; i++)
         status = render_picture(&evaluator, &pictures[i], pixels, colours, rendered + i * value_count);
     vw_evaluator_destroy(&evaluator);
