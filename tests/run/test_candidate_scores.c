@@ -110,6 +110,22 @@ TEST(nearest_error_is_error_times_nearness) {
     vw_score_nearest_error.destroy(&made);
 }
 
+TEST(farthest_error_weighs_by_the_error_there) {
+    struct bench bench = make_bench();
+    void *made = NULL;
+    ASSERT_OK(vw_score_farthest_error.create(&bench.known, bench.candidates, 4, &made));
+    for (uint32_t i = 0; i < 4; i++) {
+        double near[2];
+        for (uint32_t v = 0; v < 2; v++) near[v] = 1 / (pow(apart(&bench, val_views[v], i), 2) + 0.25);
+        double error = sqrt((0.01 * near[0] + 0.04 * near[1]) / (near[0] + near[1]));
+        assert_near(vw_score_farthest_error.gain(made, i), error * fmin(apart(&bench, 0, i), apart(&bench, 1, i)),
+                    1e-12);
+    }
+    vw_score_farthest_error.add(made, 1);
+    assert_near(vw_score_farthest_error.gain(made, 1), 0, 1e-6);
+    vw_score_farthest_error.destroy(&made);
+}
+
 // ---- Scores by the field --------------------------------------------------------------------------------------------
 
 static void train(struct bench *bench, const struct vw_config *config) {

@@ -31,7 +31,8 @@ struct vw_candidate_score {
     void (*destroy)(void **state);
 };
 
-extern const struct vw_candidate_score vw_score_farthest, vw_score_coverage, vw_score_nearest_error, vw_score_fisher;
+extern const struct vw_candidate_score vw_score_farthest, vw_score_coverage, vw_score_nearest_error, vw_score_fisher,
+    vw_score_farthest_error;
 
 // Returns the score of this name, NULL: the default. VW_ERROR_USAGE lists the names there are.
 enum vw_status vw_candidate_score_find(const char *name, const struct vw_candidate_score **score);
