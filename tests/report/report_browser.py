@@ -14,31 +14,14 @@ import statistics
 import sys
 import time
 
-from selenium.common.exceptions import WebDriverException
-
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '../support'))
 sys.dont_write_bytecode = True  # the source folder stays as it is
-from browser_page import Page, start_browser
+from browser_page import Page, check, expect, run_checks
 # From opening the report of 2,000 photos to a ranking that has been sorted by a click. On a machine that others keep busy the wall's clock
 # says little: then what the page's thread computed must stay below half of it (it takes about 0.4 s of one core).
 LARGE_LIMIT_S = 3
 TRADEOFFS = ('trade/report.html', 'trade_one/report.html', 'trade_many/report.html', 'trade_hostile/report.html')
 LARGE_TRIES = 3 # other work only ever adds: the fastest try says what the page takes
-
-CHECKS = []
-
-
-def check(what):
-    def add(function):
-        CHECKS.append((what, function))
-        return function
-    return add
-
-
-def expect(condition, why):
-    if not condition:
-        raise AssertionError(why)
-
 
 def read_scores(folder, run, method):
     """Names and values as scores.csv has them, best first."""
@@ -607,22 +590,4 @@ def large_is_quick(browser, folder):
     expect(page.ranking()[0] == 'train_0050.jpg', page.ranking()[:3])
 
 
-def main():
-    folder = sys.argv[1]
-    try:
-        browser = start_browser(folder)
-    except WebDriverException as error:
-        print('no browser', str(error).split('Stacktrace')[0].replace('\n', ' '))
-        return
-    try:
-        for what, function in CHECKS:
-            try:
-                function(browser, folder)
-                print('ok', what)
-            except Exception as error: # whatever a page does, the other checks go on
-                print('failed', f'{what}: {type(error).__name__}: {str(error)[:1500]}'.replace('\n', ' '))
-    finally:
-        browser.quit()
-
-
-main()
+run_checks(sys.argv[1])

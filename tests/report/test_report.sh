@@ -129,8 +129,9 @@ check "places that are no JSON" planned 'line [0-9]+: ' "'{'"
 rm "$folder/edited_plan/next.json" && ln -s ../planned/next.json "$folder/edited_plan/next.json"
 check "places that are a link" refuses 'edited_plan/next.json: is reached through a link' "$folder/edited_plan"
 sqlite3 :memory: "SELECT json_set(j, '\$.proposals[0].nearest', '<img src=x onerror=\"window.broken = 7\">',
-    '\$.proposals[1].position[0]', 1e308, '\$.proposals[2].direction[0]', -1e308) FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" \
-    >"$folder/next.json" && rm "$folder/edited_plan/next.json" && mv "$folder/next.json" "$folder/edited_plan/next.json"
+    '\$.proposals[1].position[0]', 1e308, '\$.proposals[2].direction[0]', -1e308)
+    FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" >"$folder/next.json"
+rm "$folder/edited_plan/next.json" && mv "$folder/next.json" "$folder/edited_plan/next.json"
 check "hostile texts and numbers are data" report "$folder/edited_plan"
 check "a scene that is gone is a warning" eval 'mkdir "$folder/large" "$folder/hostile" && "$synthetic" "$folder/large/ledger.db" 2000 &&
     warns "without thumbnails.*scenes/none: no such scene" report "$folder/large"'
