@@ -246,6 +246,20 @@ TEST(the_diagonal_is_that_of_rendered_colours) {
     assert_near(many_draws, squares, 0.25 * squares);
 }
 
+TEST(the_diagonal_is_finite_in_an_unbounded_box) { // where padding must not be rays of no length
+    struct bench bench = make_bench();
+    const struct vw_config config = test_config_with("unbounded");
+    static struct vw_fisher fisher;
+    double sum = 0;
+    train(&bench, &config);
+    ASSERT_OK(vw_fisher_create(&bench.known, 1, &fisher));
+    test_own(&fisher, destroy_fisher);
+    float *diagonal = test_allocate(fisher.param_count, 4);
+    ASSERT_OK(vw_fisher_add(&fisher, &bench.candidates[1].pose, diagonal));
+    for (uint64_t j = 0; j < fisher.param_count; j++) sum += diagonal[j];
+    assert_true(isfinite(sum) && sum > 0);
+}
+
 TEST(fisher_prefers_what_no_photo_tells) {
     struct bench bench = make_bench();
     const struct vw_config config = test_config();
