@@ -7,8 +7,8 @@ command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get in
 
 sed 's/"seed": 3/"seed": 4/; s/"radius": 0.6/"radius": 0.5/' "$scene" >"$folder/other.json"
 compare() {
-    KNOWN=near SEEDS=1 PICKS="1 2" STEPS=18 VIEWWORTH=$program "$root/scripts/lab/compare_proposals" "$folder/out" "$scene" "$folder/other.json" \
-        -- "${small[@]}" >"$folder/stdout" 2>"$folder/stderr" || { tail -n 3 "$folder/stderr"; return 1; }
+    KNOWN=near SEEDS=1 PICKS="1 2" STEPS=18 VIEWWORTH=$program "$root/scripts/lab/compare_proposals" "$folder/out" "$scene" \
+        "$folder/other.json" -- "${small[@]}" >"$folder/stdout" 2>"$folder/stderr" || { tail -n 3 "$folder/stderr"; return 1; }
 }
 table() { sqlite3 :memory: ".mode csv" ".import '$folder/out/$1.csv' t" ".mode list" "$2"; } # table NAME SQL
 psnr() { # psnr SEED LIST: of the scene tiny

@@ -173,7 +173,7 @@ TEST(a_photo_counts_each_cell_once) {
     assert_memory_equal(surface.counts, ((uint32_t[]){0, 0, 0, 1, 0, 1, 0, 0}), 32);
     vw_seen_surface_add(&surface, &seen);
     assert_memory_equal(surface.counts, ((uint32_t[]){0, 0, 0, 2, 0, 2, 0, 0}), 32);
-    assert_int_equal(vw_seen_surface_photos(&surface, 20), 2); // of the same place, from another direction
+    assert_int_equal(vw_seen_surface_photos(&surface, 20), 2); // the same place, from another direction
     assert_int_equal(vw_seen_surface_photos(&surface, 24), 0);
 }
 
