@@ -126,6 +126,26 @@ TEST(farthest_error_weighs_by_the_error_there) {
     vw_score_farthest_error.destroy(&made);
 }
 
+TEST(spread_shortens_the_mean_distance) {
+    struct bench bench = make_bench();
+    struct vw_view_scales scales;
+    void *made = NULL;
+    ASSERT_OK(vw_view_scales_find(bench.scene, &scales));
+    ASSERT_OK(vw_score_spread.create(&bench.known, bench.candidates, 4, &made));
+    for (uint32_t pick = 0; pick < 4; pick++) {
+        double before = 0, after = 0;
+        for (uint32_t i = 0; i < 4; i++) {
+            double least = fmin(apart(&bench, 0, i), apart(&bench, 1, i));
+            before += least / 4;
+            after += fmin(least, vw_view_apart(&scales, &bench.candidates[pick].pose, &bench.candidates[i].pose)) / 4;
+        }
+        assert_near(vw_score_spread.gain(made, pick), before - after, 1e-12);
+    }
+    vw_score_spread.add(made, 1);
+    assert_near(vw_score_spread.gain(made, 1), 0, 1e-6);
+    vw_score_spread.destroy(&made);
+}
+
 // ---- Scores by the field --------------------------------------------------------------------------------------------
 
 static void train(struct bench *bench, const struct vw_config *config) {
@@ -133,25 +153,28 @@ static void train(struct bench *bench, const struct vw_config *config) {
     test_run_of(bench->known.trainer);
 }
 
-TEST(cells_grow_beyond_the_box) {
+TEST(cells_grow_beyond_the_box) { // a cell is half a unit wide
     const struct vw_box box = {.centre_world = {1, 2, 3}, .half_extent_world = 2};
-    const double along_x[3] = {2, 1, -1}, along_y[3] = {0, -3, 1};
-    uint32_t inside = vw_seen_surface_cell(&box, (double[]){1.01, 2.01, 3.01}, along_x);
-    assert_int_equal(vw_seen_surface_cell(&box, (double[]){1.05, 2.05, 3.05}, along_x), inside);
-    assert_int_not_equal(vw_seen_surface_cell(&box, (double[]){1.2, 2.01, 3.01}, along_x), inside);
-    assert_int_not_equal(vw_seen_surface_cell(&box, (double[]){1.01, 2.01, 3.01}, along_y), inside);
-    uint32_t far = vw_seen_surface_cell(&box, (double[]){81, 2.01, 3.01}, along_x); // 40 half extents: 1.975 of 2
-    assert_int_equal(vw_seen_surface_cell(&box, (double[]){91, 2.01, 3.01}, along_x), far);
-    assert_int_not_equal(vw_seen_surface_cell(&box, (double[]){5, 2.01, 3.01}, along_x), far);
+    const double along_x[3] = {2, 1, -1}, along_y[3] = {0, -3, 1}, beside[3] = {2, 1, 1};
+    uint32_t inside = vw_seen_surface_cell(&box, (double[]){1.1, 2.1, 3.1}, along_x);
+    assert_int_equal(vw_seen_surface_cell(&box, (double[]){1.4, 2.4, 3.4}, along_x), inside);
+    assert_int_not_equal(vw_seen_surface_cell(&box, (double[]){1.6, 2.1, 3.1}, along_x), inside);
+    assert_int_not_equal(vw_seen_surface_cell(&box, (double[]){1.1, 2.1, 3.1}, along_y), inside);
+    assert_int_not_equal(vw_seen_surface_cell(&box, (double[]){1.1, 2.1, 3.1}, beside), inside);
+    uint32_t far = vw_seen_surface_cell(&box, (double[]){81, 2.1, 3.1}, along_x); // 40 half extents: 1.975 of 2
+    assert_int_equal(vw_seen_surface_cell(&box, (double[]){31, 2.1, 3.1}, along_x), far);
+    assert_int_not_equal(vw_seen_surface_cell(&box, (double[]){4.1, 2.1, 3.1}, along_x), far);
 }
 
 TEST(a_photo_counts_each_cell_once) {
-    struct vw_seen_surface surface = {.counts = test_allocate(8, 4), .last = test_allocate(8, 4)};
+    struct vw_seen_surface surface = {.counts = test_allocate(48, 4), .last = test_allocate(48, 4)};
     const struct vw_seen_cells seen = {(uint32_t[]){3, VW_SEEN_NOTHING, 3, 5}, 4};
     vw_seen_surface_add(&surface, &seen);
     assert_memory_equal(surface.counts, ((uint32_t[]){0, 0, 0, 1, 0, 1, 0, 0}), 32);
     vw_seen_surface_add(&surface, &seen);
     assert_memory_equal(surface.counts, ((uint32_t[]){0, 0, 0, 2, 0, 2, 0, 0}), 32);
+    assert_int_equal(vw_seen_surface_photos(&surface, 20), 2); // the same place, from another direction
+    assert_int_equal(vw_seen_surface_photos(&surface, 24), 0);
 }
 
 TEST(coverage_prefers_what_no_photo_sees) {
@@ -244,6 +267,20 @@ TEST(the_diagonal_is_that_of_rendered_colours) {
     }
     assert_near(sqrt(apart / squares), 0, 0.01); // seen: 0.0012
     assert_near(many_draws, squares, 0.25 * squares);
+}
+
+TEST(the_diagonal_is_finite_in_an_unbounded_box) { // where padding must not be rays of no length
+    struct bench bench = make_bench();
+    const struct vw_config config = test_config_with("unbounded");
+    static struct vw_fisher fisher;
+    double sum = 0;
+    train(&bench, &config);
+    ASSERT_OK(vw_fisher_create(&bench.known, 1, &fisher));
+    test_own(&fisher, destroy_fisher);
+    float *diagonal = test_allocate(fisher.param_count, 4);
+    ASSERT_OK(vw_fisher_add(&fisher, &bench.candidates[1].pose, diagonal));
+    for (uint64_t j = 0; j < fisher.param_count; j++) sum += diagonal[j];
+    assert_true(isfinite(sum) && sum > 0);
 }
 
 TEST(fisher_prefers_what_no_photo_tells) {

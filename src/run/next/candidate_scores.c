@@ -5,9 +5,9 @@
 
 #include "base/memory.h"
 
-static const struct vw_candidate_score *const scores[] = {&vw_score_farthest, &vw_score_coverage,
-                                                          &vw_score_nearest_error, &vw_score_fisher,
-                                                          &vw_score_farthest_error}; // the first is the default
+static const struct vw_candidate_score *const scores[] = {
+    &vw_score_farthest, &vw_score_coverage,       &vw_score_nearest_error,
+    &vw_score_fisher,   &vw_score_farthest_error, &vw_score_spread}; // the first is the default
 
 enum vw_status vw_candidate_score_find(const char *name, const struct vw_candidate_score **score) {
     char names[256] = "";

@@ -32,7 +32,7 @@ struct vw_candidate_score {
 };
 
 extern const struct vw_candidate_score vw_score_farthest, vw_score_coverage, vw_score_nearest_error, vw_score_fisher,
-    vw_score_farthest_error;
+    vw_score_farthest_error, vw_score_spread;
 
 // Returns the score of this name, NULL: the default. VW_ERROR_USAGE lists the names there are.
 enum vw_status vw_candidate_score_find(const char *name, const struct vw_candidate_score **score);

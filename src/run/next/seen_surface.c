@@ -7,14 +7,16 @@
 #include "scene/camera_path.h"
 #include "train/trainer.h"
 
-enum { SIDE = 32, BINS = 6 }; // counts of cells, and of directions by their largest coordinate and its sign
+enum { SIDE = 8, BINS = 24 }; // cells along the edge, and directions
 enum { CELLS = 2 * SIDE * 2 * SIDE * 2 * SIDE * BINS };
 
 static uint32_t bin_of(const double direction[3]) {
     uint32_t largest = 0;
     for (uint32_t i = 1; i < 3; i++)
         if (fabs(direction[i]) > fabs(direction[largest])) largest = i;
-    return BINS == 1 ? 0 : 2 * largest + (direction[largest] < 0);
+    uint32_t bin = 0;
+    for (uint32_t i = 0; i < 3; i++) bin = 2 * bin + (direction[(largest + i) % 3] < 0);
+    return 8 * largest + bin;
 }
 
 uint32_t vw_seen_surface_cell(const struct vw_box *box, const double point_world[3], const double direction_world[3]) {
@@ -46,6 +48,12 @@ enum vw_status vw_seen_surface_create(const struct vw_known_views *known, struct
         free(seen.cells);
     }
     return status;
+}
+
+uint32_t vw_seen_surface_photos(const struct vw_seen_surface *surface, uint32_t cell) {
+    uint32_t photos = 0;
+    for (uint32_t bin = 0; bin < BINS; bin++) photos += surface->counts[cell / BINS * BINS + bin];
+    return photos < surface->photo_count ? photos : surface->photo_count;
 }
 
 void vw_seen_surface_destroy(struct vw_seen_surface *surface) {

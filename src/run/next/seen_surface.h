@@ -1,7 +1,8 @@
 // The surface that photos see, by the trained field: coarse depth maps mark cells of the world, and each cell knows how
 // many photos see it.
 //
-// Cells are cubes, SIDE of them along the box's edge. Beyond the box, whose coordinates u are then from -1 to 1, they
+// Cells are cubes, 8 of them along the box's edge, each divided by 24 directions of sight: their largest coordinate and
+// the signs of all three. Beyond the box, whose coordinates u are then from -1 to 1, they
 // grow: a point of largest coordinate m > 1 is drawn in to u (2 - 1/m) / m (the contraction of mip-NeRF 360, by the
 // largest coordinate).
 #ifndef VIEWWORTH_RUN_NEXT_SEEN_SURFACE_H
@@ -34,6 +35,9 @@ enum vw_status vw_seen_surface_look(const struct vw_seen_surface *surface, const
                                     struct vw_seen_cells *seen);
 // Counts one more photo, each cell once.
 void vw_seen_surface_add(struct vw_seen_surface *surface, const struct vw_seen_cells *seen);
+
+// Returns about how many photos see the place of a cell, from any direction.
+uint32_t vw_seen_surface_photos(const struct vw_seen_surface *surface, uint32_t cell);
 
 // Returns the cell of a point, seen along a direction from the camera to it.
 uint32_t vw_seen_surface_cell(const struct vw_box *box, const double point_world[3], const double direction_world[3]);

@@ -427,9 +427,12 @@ enum vw_status vw_adjoint_pull_back(const struct vw_adjoint_passes *backward, st
                                     const struct vw_ray *rays, uint32_t count, float *gradient) {
     uint64_t bytes = model_of(backward)->param_bytes, padded = pad(backward, count);
     const struct vw_adjoint_state state = {.unscale = 3.0f * (float)backward->context->step->rays};
-    struct vw_ray *padded_rays = vw_allocate(padded, sizeof *padded_rays); // the rest of them miss the box
+    struct vw_ray *padded_rays = vw_allocate(padded, sizeof *padded_rays);
     if (!padded_rays) return VW_ERROR_MEMORY;
-    memcpy(padded_rays, rays, count * sizeof *rays);
+    for (uint64_t i = 0; i < padded; i++) { // a ray of no length has no finite gradient where the box is unbounded
+        padded_rays[i] = rays[i < count ? i : 0];
+        if (i >= count) padded_rays[i].target_weight = (vw_float4){0};
+    }
     memset(gradient, 0, bytes);
     enum vw_status status = vw_buffer_write(backward->val_rays, 0, padded_rays, padded * sizeof *padded_rays);
     if (!status) status = vw_buffer_write(backward->state, 0, &state, sizeof state);
