@@ -39,8 +39,9 @@ static void on_ring(uint32_t number, double position[3], double target[3]) {
 }
 
 static void on_grid(uint32_t number, double position[3], double target[3]) {
-    position[0] = target[0] = 0.4 * (number % 6) - 1;
-    position[1] = target[1] = 0.4 * (number / 6) - 0.6; // NOLINT: whole rows
+    uint32_t column = number % 6, row = number / 6;
+    position[0] = target[0] = 0.4 * column - 1;
+    position[1] = target[1] = 0.4 * row - 0.6;
     position[2] = 0;
     target[2] = -4;
 }
@@ -106,12 +107,12 @@ static enum vw_status render(void *context, const uint32_t *views, const struct 
     (void)views;
     for (uint32_t i = 0; i < count * pixels; i++) {
         const struct vw_view *pose = &poses[i / pixels];
+        uint32_t column = i % pixels % pose->camera.width_px, row = i % pixels / pose->camera.width_px;
         double camera[3], from[3], direction[3] = {0};
-        assert_true(vw_camera_unproject(&pose->camera, i % pixels % pose->camera.width_px + 0.5,
-                                        i % pixels / pose->camera.width_px + 0.5, camera)); // NOLINT: whole rows
-        for (int row = 0; row < 3; row++) {
-            from[row] = pose->camera_to_world[row][POSITION];
-            for (int k = 0; k < 3; k++) direction[row] += pose->camera_to_world[row][k] * camera[k];
+        assert_true(vw_camera_unproject(&pose->camera, column + 0.5, row + 0.5, camera));
+        for (int axis = 0; axis < 3; axis++) {
+            from[axis] = pose->camera_to_world[axis][POSITION];
+            for (int k = 0; k < 3; k++) direction[axis] += pose->camera_to_world[axis][k] * camera[k];
         }
         made[i] = (float)trace(context, from, direction);
     }

@@ -49,9 +49,10 @@ enum vw_status vw_depth_maps_make(const struct vw_depth_source *source, const ui
 
 bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, double point_world[3]) {
     const struct vw_camera *camera = &map->pose.camera;
+    uint32_t column_px = pixel % VW_DEPTH_MAP_WIDTH_PX, row_px = pixel / VW_DEPTH_MAP_WIDTH_PX;
     double depth = (double)map->depths_world[pixel];
-    double right = (pixel % VW_DEPTH_MAP_WIDTH_PX + 0.5 - camera->centre_x_px) / camera->focal_x_px,
-           up = (camera->centre_y_px - pixel / VW_DEPTH_MAP_WIDTH_PX - 0.5) / camera->focal_y_px; // NOLINT: whole rows
+    double right = (column_px + 0.5 - camera->centre_x_px) / camera->focal_x_px,
+           up = (camera->centre_y_px - row_px - 0.5) / camera->focal_y_px;
     for (int i = 0; i < 3; i++) {
         const double *row = map->pose.camera_to_world[i];
         point_world[i] = row[3] + depth * (row[0] * right + row[1] * up - row[2]);
