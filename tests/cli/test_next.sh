@@ -27,6 +27,14 @@ second=$(json '$.proposals[1].name')
 check "fewer" next --count 2 --json
 check "begin with the same" test "$(json '$.proposals[1].name')" = "$second"
 check "a photo that there is gains nothing alone" test "$(json '$.candidates[0].name'), $(json '$.candidates[0].gain')" = "$first, 0.0"
+for method in farthest coverage nearest-error fisher farthest-error spread; do
+    check "three by $method" next --count 3 --json --method "$method"
+    cp "$folder/stdout" "$folder/once.json"
+    check "  gains are numbers" test "$(sqlite3 :memory: "SELECT count(*) FROM json_each(CAST(readfile('$folder/once.json') AS TEXT),
+        '\$.candidates') WHERE value ->> '\$.gain' >= 0")" = 10
+    check "  again, with other threads" eval 'LP_NUM_THREADS=1 next --count 3 --json --method "$method"'
+    check "  the same bits" cmp "$folder/stdout" "$folder/once.json"
+done
 check "a text" eval 'next --count 1 && says "^ 1 .* away.png$"'
 check "another method is refused by its names" refuses '--method nearest: does not score places; one of these does: farthest, coverage' \
     --method nearest --among "$folder/poses.json"
