@@ -61,9 +61,10 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
     {"to", "PATH",
      "File to write: the photo list of select, the image of render (.png or .exr, default "
-     "OUT/render_VIEW.png) or its folder of frames (default OUT/frames), or the page of report (default report.html in "
-     "the first OUT)",
-     VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
+     "OUT/render_VIEW.png) or its folder of frames (default OUT/frames), the page of report (default report.html in "
+     "the first OUT), or the places of next, as a transforms file (.json) or as pyramids (.ply)",
+     VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, to),
+     COMMON},
     {"copy", "DIR",
      "Folder to make with the photos that select keeps and those that validate and test, their masks and maps of "
      "features, a COLMAP model and transforms.json, for other trainers; beside or instead of --to",
@@ -98,6 +99,11 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_EXPORT, VW_SECTION_MAIN, OPTION(TEXT, cameras), COMMON},
     {"points", "FILE.ply", "File to write the scene's points with their colours to", VW_OPTIONS_EXPORT, VW_SECTION_MAIN,
      OPTION(TEXT, points), COMMON},
+    {"count", "N", "Number of places to propose", VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(COUNT, proposals),
+     RANGE(1, VW_CAMERA_PATH_FRAMES_MOST), COMMON},
+    {"among", "FILE",
+     "Poses to choose among: a transforms.json, or a camera path of nerfstudio, in coordinates of the scene",
+     VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, among), COMMON, DEFAULT("places around the cameras")},
     {"verify", NULL,
      "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
      "photos that did not select it (the default, which needs the scene and a device); with a rule or --method, this "
@@ -135,8 +141,8 @@ const struct vw_option vw_option_table[] = {
     {"scores", "OUT",
      "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
-    {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
-     VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
+    {"method", "NAME", "Scoring method that decides which photos are kept, or which places are proposed",
+     VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
      DEFAULT("worth_psnr, lasting_psnr or dv_psnr, the first that there is; of without-outliers train_fit, dv_psnr "
              "and dv_loss")},
     {"kfold", "K",

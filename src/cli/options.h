@@ -85,6 +85,8 @@ struct vw_options {
     bool only_render, depth;
     const char *pose, *path, *video; // where render stands, without a photo
     uint32_t frames;
+    const char *among;   // poses that next chooses among
+    uint32_t proposals;  // places that next proposes
     const char *devices; // indices or names with commas between, or "all"
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
@@ -96,7 +98,7 @@ struct vw_options {
 
 // The options of a command line that has none. The config's are vw_config_default.
 #define VW_OPTIONS_DEFAULT                                                                                             \
-    { .downscale = 1, .per_device = 1, .seeds = 3, .views = 2, .frames = 60 }
+    { .downscale = 1, .per_device = 1, .seeds = 3, .views = 2, .frames = 60, .proposals = 10 }
 
 // Groups of options that commands take. Every command takes VW_OPTIONS_ALWAYS.
 enum {
@@ -106,6 +108,7 @@ enum {
     VW_OPTIONS_OUT = 8, // --out, which is required, and --resume
     VW_OPTIONS_VIEW = 16,
     VW_OPTIONS_JSON = 32,
+    VW_OPTIONS_NEXT = 64,
     VW_OPTIONS_VERIFY = 128,
     VW_OPTIONS_EXPORT = 256,
     VW_OPTIONS_ALWAYS = 512,

@@ -75,6 +75,13 @@ static bool write_page(FILE *stream, const char *extra, const json_t *data) {
     return complete;
 }
 
+// Returns the scripts that only some pages have, owned by the caller; NULL: memory is short.
+static char *join_extra(const struct vw_report_page *page) {
+    bool plans = false;
+    for (uint32_t i = 0; i < page->run_count; i++) plans |= page->runs[i].next_json != NULL;
+    return vw_format_text("%s%s", page->extra ? page->extra->script : "", plans ? vw_html_next : "");
+}
+
 enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page,
                                     char sha256[VW_HASH_HEX_BYTES]) {
     json_t *data = NULL;
@@ -84,7 +91,8 @@ enum vw_status vw_report_write_html(const char *path, const struct vw_report_pag
     enum vw_status status = vw_html_data_make(page, &data);
     if (status) return status;
     struct vw_text_stream html;
-    bool complete = vw_text_stream_open(&html) && write_page(html.stream, page->extra ? page->extra->script : "", data);
+    char *extra = join_extra(page);
+    bool complete = vw_text_stream_open(&html) && extra && write_page(html.stream, extra, data);
     status = vw_text_stream_close(&html, path, &text, &size_bytes);
     if (!status && !complete) status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the page", path);
     if (!status) status = vw_file_write(path, text, size_bytes);
@@ -93,6 +101,7 @@ enum vw_status vw_report_write_html(const char *path, const struct vw_report_pag
         vw_hash_to_hex(hash, sha256);
     }
     json_decref(data);
+    free(extra);
     free(text);
     return status;
 }

@@ -432,6 +432,7 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
         status = put_parsed(run->row->effects_json, run->label, "run.effects_json of the ledger", object, "effects");
     if (!status) status = put_parsed(run->map_json, run->label, "map.json", object, "map");
     if (!status) status = put_parsed(run->residuals_json, run->label, "residuals.json", object, "residuals");
+    if (!status && run->next_json) status = put_parsed(run->next_json, run->label, "next.json", object, "next");
     if (!status) status = put_parsed(run->row->plan_json, run->label, "run.plan_json of the ledger", object, "plan");
     if (!status)
         status = put_parsed(run->row->scene_options_json, run->label, "run.scene_options_json of the ledger", object,

@@ -13,5 +13,6 @@ extern const char vw_html_tradeoff[]; // report_tradeoff.js
 extern const char vw_html_photos[];   // report_photos.js
 extern const char vw_html_scores[];   // report_scores.js
 extern const char vw_html_tables[];   // report_tables.js
+extern const char vw_html_next[];     // report_next.js, a part of {{extra}} where there are places for the next photos
 
 #endif

@@ -18,6 +18,7 @@
 #define VW_RESIDUALS_FILE "residuals.json"
 #define VW_SPLITS_FILE "splits.json"
 #define VW_RECONSTRUCTION_FILE "reconstruction.json"
+#define VW_NEXT_FILE "next.json"
 #define VW_CHECKSUMS_FILE "SHA256SUMS"
 #define VW_OUT_LOCK_FILE ".viewworth.lock"
 

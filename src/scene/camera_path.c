@@ -22,6 +22,22 @@ struct vw_camera vw_camera_pinhole(const struct vw_camera *camera) {
                               .centre_y_px = camera->centre_y_px};
 }
 
+struct vw_camera vw_camera_resized(const struct vw_camera *camera, uint32_t width_px, uint32_t height_px) {
+    double across = width_px / (double)camera->width_px, down = height_px / (double)camera->height_px;
+    return (struct vw_camera){.width_px = width_px,
+                              .height_px = height_px,
+                              .focal_x_px = across * camera->focal_x_px,
+                              .focal_y_px = down * camera->focal_y_px,
+                              .centre_x_px = across * camera->centre_x_px,
+                              .centre_y_px = down * camera->centre_y_px};
+}
+
+void vw_camera_path_free(struct vw_camera_path *path) {
+    for (uint32_t f = 0; f < path->count; f++) free(path->frames[f].name);
+    free(path->frames);
+    *path = (struct vw_camera_path){0};
+}
+
 void vw_camera_path_set_depths(const struct vw_scene *scene, struct vw_view *frame) {
     double near = 0, far = 0, weights = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
@@ -69,9 +85,8 @@ static void mean_of(const struct vw_scene *scene, enum axis axis, double mean[3]
         for (int i = 0; i < 3; i++) mean[i] += scene->views[v].camera_to_world[i][axis] / scene->view_count;
 }
 
-// Returns false where the camera would look along `up`.
-static bool look_at(const double position[3], const double target[3], const double up[3],
-                    double camera_to_world[3][4]) {
+bool vw_camera_look_at(const double position[3], const double target[3], const double up[3],
+                       double camera_to_world[3][4]) {
     double axes[3][3];
     for (int i = 0; i < 3; i++) axes[BACK][i] = position[i] - target[i];
     normalise(axes[BACK], 0);
@@ -133,7 +148,7 @@ static enum vw_status make_orbit(const struct vw_scene *scene, uint32_t view, co
         double angle = 2 * M_PI * f / path->count, position[3];
         for (int i = 0; i < 3; i++)
             position[i] = focus[i] + height * up[i] + radius * (cos(angle) * first[i] + sin(angle) * second[i]);
-        if (!(radius > 0) || !look_at(position, focus, up, path->frames[f].camera_to_world))
+        if (!(radius > 0) || !vw_camera_look_at(position, focus, up, path->frames[f].camera_to_world))
             return vw_fail(VW_ERROR_USAGE,
                            "--path orbit: the cameras are above what they look at, not around it; use --path cameras");
     }
@@ -157,7 +172,7 @@ static bool find_mean(const struct vw_scene *scene, struct spiral *spiral) {
     if (!(normalise(back, PARALLEL) > PARALLEL)) return false;
     for (int i = 0; i < 3; i++) depth += (mean[i] - focus[i]) * back[i];
     for (int i = 0; i < 3; i++) spiral->target[i] = mean[i] - depth * back[i];
-    return depth > 0 && look_at(mean, spiral->target, spiral->up, spiral->mean_to_world);
+    return depth > 0 && vw_camera_look_at(mean, spiral->target, spiral->up, spiral->mean_to_world);
 }
 
 static enum vw_status find_spread(const struct vw_scene *scene, struct spiral *spiral) {
@@ -186,7 +201,7 @@ static bool place_on_spiral(const struct spiral *spiral, double angle, double ca
         for (int axis = RIGHT; axis <= BACK; axis++)
             position[i] += along[axis] * spiral->spread[axis] * spiral->mean_to_world[i][axis];
     }
-    return look_at(position, spiral->target, spiral->up, camera_to_world);
+    return vw_camera_look_at(position, spiral->target, spiral->up, camera_to_world);
 }
 
 static enum vw_status make_spiral(const struct vw_scene *scene, const struct vw_camera_path *path) {

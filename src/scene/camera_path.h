@@ -1,8 +1,9 @@
 // Cameras without photos: a camera that moves through a scene, and poses that a user gives.
 //
-// A frame is a vw_view of which nothing but camera, camera_to_world and the range of depths is set. Its
-// range of depths is the mean of those of the scene's views, weighted by 1 / distance^4: that of a view in its own
-// place, smooth between views. Beyond it the field was not trained.
+// A frame is a vw_view of which nothing but camera, camera_to_world and the range of depths is set, and, of a frame of
+// a transforms.json, the name: its file_path, NULL without one. Its range of depths is the mean of those of the scene's
+// views, weighted by 1 / distance^4: that of a view in its own place, smooth between views. Beyond it the field was not
+// trained.
 #ifndef VIEWWORTH_SCENE_CAMERA_PATH_H
 #define VIEWWORTH_SCENE_CAMERA_PATH_H
 
@@ -11,12 +12,19 @@
 enum { VW_CAMERA_PATH_FRAMES_MOST = 9999, VW_CAMERA_PATH_SIDE_MOST_PX = 8192 };
 
 struct vw_camera_path {
-    struct vw_view *frames; // owned (free)
+    struct vw_view *frames; // owned, with their names
     uint32_t count;
 };
+void vw_camera_path_free(struct vw_camera_path *path);
 
 // Returns a camera without its lens: focal lengths, principal point and size.
 struct vw_camera vw_camera_pinhole(const struct vw_camera *camera);
+// Returns the same with pictures of another size, whose pixels need not be square.
+struct vw_camera vw_camera_resized(const struct vw_camera *camera, uint32_t width_px, uint32_t height_px);
+// Places a camera that looks at `target`, with its upper side towards `up`. Returns false where it would look along
+// `up`, or has no way to look.
+bool vw_camera_look_at(const double position[3], const double target[3], const double up[3],
+                       double camera_to_world[3][4]);
 
 // Makes `count` frames by the pinhole camera of `view`. `name`:
 //   orbit    a circle about the mean up of the cameras, at their median distance from that axis and their median

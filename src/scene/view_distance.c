@@ -26,22 +26,17 @@ static double angle(const struct vw_view *a, const struct vw_view *b) {
     return acos(fmin(fmax(cosine, -1), 1));
 }
 
-// The units of both distances, and the distance below which a view of the same direction is a copy.
-struct scales {
-    double between_world, angle, copy_world;
-};
-
-static double distance(const struct scales *scales, const struct vw_view *a, const struct vw_view *b) {
+static double distance(const struct vw_view_scales *scales, const struct vw_view *a, const struct vw_view *b) {
     double by_place = between(a, b) / scales->between_world;
     return fmax(by_place, angle(a, b) / scales->angle);
 }
 
-static bool is_copy(const struct scales *scales, const struct vw_view *a, const struct vw_view *b) {
+static bool is_copy(const struct vw_view_scales *scales, const struct vw_view *a, const struct vw_view *b) {
     return a->split == b->split && between(a, b) <= scales->copy_world && angle(a, b) <= SAME_ANGLE;
 }
 
 // Finds the train view nearest to `view`, other than itself and, if it is a train view, its copies; NULL: none.
-static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct scales *scales,
+static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct vw_view_scales *scales,
                                           const struct vw_view *view, double *least) {
     const struct vw_view *nearest = NULL;
     *least = INFINITY;
@@ -57,7 +52,7 @@ static const struct vw_view *find_nearest(const struct vw_scene *scene, const st
 }
 
 // Computes the median, over the train views, of the distance to the nearest other one, in these units.
-static double median_to_nearest(const struct vw_scene *scene, const struct scales *scales, double *values) {
+static double median_to_nearest(const struct vw_scene *scene, const struct vw_view_scales *scales, double *values) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < scene->view_count; i++)
         if (scene->views[i].split == VW_SPLIT_TRAIN && find_nearest(scene, scales, &scene->views[i], &values[count]))
@@ -77,12 +72,28 @@ static double median_to_centre(const struct vw_scene *scene, double *values) {
     return vw_median(values, count);
 }
 
-static struct scales find_scales(const struct vw_scene *scene, double *values) {
+static struct vw_view_scales find_scales(const struct vw_scene *scene, double *values) {
     double least_world = fmax(BETWEEN_LEAST * median_to_centre(scene, values), 1e-3 * scene->box.half_extent_world);
-    const struct scales by_place = {1, INFINITY, least_world},
-                        by_angle = {INFINITY, 1, least_world}; // units that ignore the other distance
-    return (struct scales){fmax(median_to_nearest(scene, &by_place, values), least_world),
-                           fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST), least_world};
+    const struct vw_view_scales by_place = {1, INFINITY, least_world, 1},
+                                by_angle = {INFINITY, 1, least_world, 1}; // units that ignore the other distance
+    struct vw_view_scales scales = {fmax(median_to_nearest(scene, &by_place, values), least_world),
+                                    fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST), least_world, 1};
+    scales.typical = fmax(median_to_nearest(scene, &scales, values), 1);
+    return scales;
+}
+
+enum vw_status vw_view_scales_find(const struct vw_scene *scene, struct vw_view_scales *scales) {
+    if (scene->split_count[VW_SPLIT_TRAIN] < 2)
+        return vw_fail(VW_ERROR_USAGE, "%s: has a single train photo; distances need two or more", scene->path);
+    double *values = vw_allocate(scene->view_count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    *scales = find_scales(scene, values);
+    free(values);
+    return VW_OK;
+}
+
+double vw_view_apart(const struct vw_view_scales *scales, const struct vw_view *a, const struct vw_view *b) {
+    return distance(scales, a, b) / scales->typical;
 }
 
 enum vw_status vw_scene_view_distances(const struct vw_scene *scene, enum vw_split split,
@@ -96,8 +107,7 @@ enum vw_status vw_scene_view_distances(const struct vw_scene *scene, enum vw_spl
     }
     uint32_t made_count = 0;
     bool measurable = scene->split_count[VW_SPLIT_TRAIN] >= 2;
-    struct scales scales = measurable ? find_scales(scene, values) : (struct scales){0};
-    double typical = measurable ? fmax(median_to_nearest(scene, &scales, values), 1) : 0;
+    struct vw_view_scales scales = measurable ? find_scales(scene, values) : (struct vw_view_scales){0};
     for (uint32_t v = 0; measurable && v < scene->view_count; v++) {
         const struct vw_view *view = &scene->views[v];
         if (view->split != split) continue;
@@ -108,8 +118,8 @@ enum vw_status vw_scene_view_distances(const struct vw_scene *scene, enum vw_spl
                                                        .nearest = (uint32_t)(nearest - scene->views),
                                                        .between_world = between(view, nearest),
                                                        .angle_deg = angle(view, nearest) * 180 / M_PI,
-                                                       .ratio = apart / typical,
-                                                       .far = apart > RATIO_MOST * typical};
+                                                       .ratio = apart / scales.typical,
+                                                       .far = apart > RATIO_MOST * scales.typical};
     }
     free(values);
     *distances = made;

@@ -8,6 +8,17 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
+// The units of distances between poses.
+struct vw_view_scales {
+    double between_world, angle; // units of the distance of positions and of the angle between axes
+    double copy_world;           // the distance below which a view of the same direction is a copy
+    double typical;              // the median, in these units, over train views, to the nearest other one; at least 1
+};
+// Finds the units of a scene, as vw_scene_view_distances() says. VW_ERROR_USAGE below two train views.
+enum vw_status vw_view_scales_find(const struct vw_scene *scene, struct vw_view_scales *scales);
+// Returns the distance of two poses as vw_view_distance.ratio says it: 1 is usual between neighbours.
+double vw_view_apart(const struct vw_view_scales *scales, const struct vw_view *a, const struct vw_view *b);
+
 struct vw_view_distance {
     uint32_t view, nearest; // indices in vw_scene.views: a view, and the nearest train view in both respects
     double between_world;   // distance of the positions

@@ -142,6 +142,11 @@ enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view
 // the expected depth along the camera's axis in world units; 0 where a ray sees less than a hundredth of anything.
 enum vw_status vw_trainer_render_posed(struct vw_trainer *trainer, uint32_t view, const struct vw_view *posed,
                                        bool depth, float **values);
+// Renders `count` > 0 such cameras of the same size, one after another, each seen as the view at its place of `views`.
+// Many small ones cost less so than one by one. `depth_share` > 0: depths, 0 where a ray sees no more than this share
+// of anything; 0: rgb.
+enum vw_status vw_trainer_render_poses(struct vw_trainer *trainer, const uint32_t *views, const struct vw_view *posed,
+                                       uint32_t count, double depth_share, float **values);
 
 // Measures how near the field comes to each of these views (scene indices): validation's passes, on all usable pixels,
 // or on `pixels_max` of them spread evenly over a view that has more. Where validation fits a gain and a bias to the

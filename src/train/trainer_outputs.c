@@ -164,6 +164,8 @@ enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, s
 
 // ---- Views ----------------------------------------------------------------------------------------------------------
 
+static const double DEPTH_SHARE = 0.01; // the least part of a ray's light that tells a depth
+
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
     const struct vw_camera *camera = &trainer->scene->views[view].camera;
     return vw_trainer_render_small(trainer, view, (uint32_t[]){camera->width_px, camera->height_px}, rgb);
@@ -173,17 +175,26 @@ enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view
                                        float **rgb) {
     const struct vw_picture picture = {.view = view, .size_px = {size_px[0], size_px[1]}};
     enum vw_status status = vw_scene_decode(trainer->scene, &view, 1);
-    return status ? status : vw_field_render(&trainer->field, &picture, rgb);
+    return status ? status : vw_field_render(&trainer->field, &picture, 1, rgb);
 }
 
 enum vw_status vw_trainer_render_posed(struct vw_trainer *trainer, uint32_t view, const struct vw_view *posed,
                                        bool depth, float **values) {
-    const struct vw_picture picture = {view, {posed->camera.width_px, posed->camera.height_px}, depth};
-    enum vw_status status = vw_field_pose(&trainer->field, view, posed);
-    if (!status) status = vw_field_render(&trainer->field, &picture, values);
-    enum vw_status undone = vw_field_pose(&trainer->field, view, NULL);
-    if (!status && undone) free(*values);
-    return status ? status : undone;
+    return vw_trainer_render_poses(trainer, &view, posed, 1, depth ? DEPTH_SHARE : 0, values);
+}
+
+enum vw_status vw_trainer_render_poses(struct vw_trainer *trainer, const uint32_t *views, const struct vw_view *posed,
+                                       uint32_t count, double depth_share, float **values) {
+    struct vw_picture *pictures = vw_allocate(count, sizeof *pictures);
+    if (!pictures) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++)
+        pictures[i] = (struct vw_picture){.view = views[i],
+                                          .size_px = {posed->camera.width_px, posed->camera.height_px},
+                                          .depth_share = depth_share,
+                                          .posed = &posed[i]};
+    enum vw_status status = vw_field_render(&trainer->field, pictures, count, values);
+    free(pictures);
+    return status;
 }
 
 static struct vw_measured_field measured_field_of(struct vw_trainer *trainer) {

@@ -21,6 +21,11 @@ check "another seed" draw 8 4 other
 check "another seed draws other scenes" test "$(cat first/* other/* | sha256sum)" != "$(cat first/* first/* | sha256sum)"
 check "every third one has no defects" test "$(grep -c '"defects"' first/*.json | grep -c ':0')" = 2
 for scene in first/*.json; do check "$scene opens" has_photos "$scene"; done
+check "captures are drawn, of as many photos as are asked for" draw 7 4 captures captures 50
+for scene in captures/*.json; do
+    check "$scene has them" test "$(sqlite3 :memory: "SELECT sum(value ->> '\$.count') FROM
+        json_each(CAST(readfile('$scene') AS TEXT), '\$.cameras')")" = 50
+done
 check "nothing is overwritten" test "$(draw 7 4 first >/dev/null 2>&1; echo $?)" = 1
 check "wrong words are refused" test "$(draw 7 many third 2>&1 | grep -c usage)" = 1
 conclude "$@"

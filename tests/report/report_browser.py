@@ -1,7 +1,7 @@
 """Looks at reports in a headless Chromium, for test_report.sh:
 
-    report_browser.py FOLDER    with FOLDER/run, other, both.html, all.html, compared.html, hostile, large, trade* and traded.html,
-                                as that script makes them
+    report_browser.py FOLDER    with FOLDER/run, other, planned, edited_plan, both.html, all.html, compared.html, hostile, large, trade*
+                                and traded.html, as that script makes them
 
 Prints a line per check: "ok WHAT" or "failed WHAT: why"; or "no browser WHY" where it cannot be started.
 """
@@ -14,31 +14,14 @@ import statistics
 import sys
 import time
 
-from selenium.common.exceptions import WebDriverException
-
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '../support'))
 sys.dont_write_bytecode = True  # the source folder stays as it is
-from browser_page import Page, start_browser
+from browser_page import Page, check, expect, run_checks
 # From opening the report of 2,000 photos to a ranking that has been sorted by a click. On a machine that others keep busy the wall's clock
 # says little: then what the page's thread computed must stay below half of it (it takes about 0.4 s of one core).
 LARGE_LIMIT_S = 3
 TRADEOFFS = ('trade/report.html', 'trade_one/report.html', 'trade_many/report.html', 'trade_hostile/report.html')
 LARGE_TRIES = 3 # other work only ever adds: the fastest try says what the page takes
-
-CHECKS = []
-
-
-def check(what):
-    def add(function):
-        CHECKS.append((what, function))
-        return function
-    return add
-
-
-def expect(condition, why):
-    if not condition:
-        raise AssertionError(why)
-
 
 def read_scores(folder, run, method):
     """Names and values as scores.csv has them, best first."""
@@ -57,7 +40,8 @@ def numbers(texts):
 
 @check('a report loads without a word on the console and without a request')
 def loads_quietly(browser, folder):
-    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'traded.html', *TRADEOFFS):
+    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'traded.html', 'planned/report.html',
+                 'edited_plan/report.html', *TRADEOFFS):
         page = Page(browser, f'{folder}/{name}')
         page.run("drawPending(); document.querySelectorAll('details').forEach(one => { one.open = true })")
         expect(not (found := page.errors()), f'{name}: {found}')
@@ -177,6 +161,33 @@ def map_is_right(browser, folder):
     page.choose('choose-method', 'quality')
     page.run('drawPending()')
     expect('quality' in text_of(page, 'map-legend') and 'white: 0' not in text_of(page, 'map-legend'), text_of(page, 'map-legend'))
+
+
+def purple_pixels(page, chart):
+    """Pixels in the colour of places for the next photos."""
+    return page.run("""const {canvas} = charts.get(arguments[0]).chart, {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width,
+        canvas.height); let count = 0; for (let i = 0; i < data.length; i += 4) count += data[i] === 204 && data[i + 1] === 121 &&
+        data[i + 2] === 167; return count""", chart)
+
+
+@check('places for the next photos are on the map and in a table, with their reasons, and only where there are some')
+def places_are_right(browser, folder):
+    page = Page(browser, f'{folder}/planned/report.html')
+    page.run('drawPending()')
+    with open(f'{folder}/planned/next.json', encoding='utf-8') as file:
+        places = json.load(file)['proposals']
+    rows = page.run("return [...document.querySelectorAll('#next tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))")
+    expect([row[:2] for row in rows] == [[str(i + 1), ', '.join(place['reasons'])] for i, place in enumerate(places)], rows)
+    expect(len(places) > 0 and purple_pixels(page, 'map-above') > 20 and purple_pixels(page, 'map-side') > 20, 'no pyramids')
+    inside = page.run("""return ['above', 'side'].every(name => { const {scales} = charts.get('map-' + name).chart; return placesOf(run())
+        .every(({at}) => at.level > scales.x.min && at.level < scales.x.max && (name === 'side' ? at.up > scales.y.min &&
+        at.up < scales.y.max : at.across > scales.y.min && at.across < scales.y.max)); })""")
+    expect(inside, 'a place is off the map')
+    page = Page(browser, f'{folder}/run/report.html')
+    page.run('drawPending()')
+    expect(not page.run("return document.getElementById('next')") and purple_pixels(page, 'map-above') == 0, 'places where there are none')
+    page = Page(browser, f'{folder}/edited_plan/report.html')
+    expect(not page.run('return window.broken') and '<img src=x' in text_of(page, 'next'), 'a text of next.json is markup')
 
 
 @check('the panel of a photo has its visits, scores, renders and the photos that it moved')
@@ -579,22 +590,4 @@ def large_is_quick(browser, folder):
     expect(page.ranking()[0] == 'train_0050.jpg', page.ranking()[:3])
 
 
-def main():
-    folder = sys.argv[1]
-    try:
-        browser = start_browser(folder)
-    except WebDriverException as error:
-        print('no browser', str(error).split('Stacktrace')[0].replace('\n', ' '))
-        return
-    try:
-        for what, function in CHECKS:
-            try:
-                function(browser, folder)
-                print('ok', what)
-            except Exception as error: # whatever a page does, the other checks go on
-                print('failed', f'{what}: {type(error).__name__}: {str(error)[:1500]}'.replace('\n', ' '))
-    finally:
-        browser.quit()
-
-
-main()
+run_checks(sys.argv[1])

@@ -105,6 +105,34 @@ check "a render that is no base64" mapped 'picture: ' residuals.json "json_set(j
 check "a PSNR that is text" mapped 'psnr: ' residuals.json "json_set(j, '\$.photos[0].psnr', 'x')"
 rm "$folder/mapped/map.json" && ln -s ../run/map.json "$folder/mapped/map.json"
 check "a map that is a link" refuses 'mapped/map.json: is reached through a link' "$folder/mapped"
+cp -r "$folder/run" "$folder/planned"
+check "places for the next photos" eval '"$program" next "$folder/planned" --device llvmpipe --quiet >"$folder/stdout"'
+check "change no report" cmp "$folder/planned/report.html" "$folder/first.html"
+cp -r "$folder/planned" "$folder/edited_plan"
+check "until it is made again" eval 'report "$folder/planned" && ! cmp -s "$folder/planned/report.html" "$folder/first.html" &&
+    grep -q "\"next\":{" "$folder/planned/report.html"'
+# planned PATTERN SQL: next.json as SQLite's json functions change it is refused.
+planned() {
+    sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" \
+        >"$folder/edited_plan/next.json" && refuses "edited_plan/next.json: $1" "$folder/edited_plan"
+}
+check "places of another scene" planned 'is of another scene' "json_set(j, '\$.scene_hash', 'x')"
+check "places that are none" planned 'proposals: is not a list' "json_set(j, '\$.proposals', 7)"
+check "a place that is text" planned 'proposal 1: position: ' "json_set(j, '\$.proposals[0].position', '<img>')"
+check "one whose number is none" planned 'proposal 2: position: ' "json_set(j, '\$.proposals[1].position[2]', null)"
+check "half a direction" planned 'proposal 1: direction: ' "json_remove(j, '\$.proposals[0].direction[2]')"
+check "an unknown reason" planned 'proposal 1: reasons: ' "json_set(j, '\$.proposals[0].reasons[0]', '<img>')"
+check "a photo that is a number" planned 'proposal 1: nearest: ' "json_set(j, '\$.proposals[0].nearest', 7)"
+check "a distance that is text" planned 'proposal 1: distance: ' "json_set(j, '\$.proposals[0].distance', '7')"
+check "a count that is none" planned 'proposal 1: seen_by: ' "json_remove(j, '\$.proposals[0].seen_by')"
+check "places that are no JSON" planned 'line [0-9]+: ' "'{'"
+rm "$folder/edited_plan/next.json" && ln -s ../planned/next.json "$folder/edited_plan/next.json"
+check "places that are a link" refuses 'edited_plan/next.json: is reached through a link' "$folder/edited_plan"
+sqlite3 :memory: "SELECT json_set(j, '\$.proposals[0].nearest', '<img src=x onerror=\"window.broken = 7\">',
+    '\$.proposals[1].position[0]', 1e308, '\$.proposals[2].direction[0]', -1e308)
+    FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" >"$folder/next.json"
+rm "$folder/edited_plan/next.json" && mv "$folder/next.json" "$folder/edited_plan/next.json"
+check "hostile texts and numbers are data" report "$folder/edited_plan"
 check "a scene that is gone is a warning" eval 'mkdir "$folder/large" "$folder/hostile" && "$synthetic" "$folder/large/ledger.db" 2000 &&
     warns "without thumbnails.*scenes/none: no such scene" report "$folder/large"'
 check "hostile names" eval '"$synthetic" "$folder/hostile/ledger.db" 12 hostile && warns "without thumbnails" report "$folder/hostile"'

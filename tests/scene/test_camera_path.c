@@ -67,7 +67,7 @@ TEST(an_orbit_is_a_circle_that_looks_at_the_centre) {
     assert_int_equal(path.frames[3].camera.width_px, 16);
     assert_true(path.frames[3].camera.focal_x_px == scene->views[0].camera.focal_x_px);
     assert_true(path.frames[3].camera.k1 == 0);
-    free(path.frames);
+    vw_camera_path_free(&path);
 }
 
 // Makes five cameras in a plane that all look along -z.
@@ -95,7 +95,7 @@ TEST(a_spiral_turns_about_the_mean_camera) {
         assert_near(pose[1][POSITION], -0.5 * sin(angle), 1e-9);
         assert_near(pose[2][POSITION], 4, 1e-9);
     }
-    free(path.frames);
+    vw_camera_path_free(&path);
 }
 
 TEST(a_path_through_the_cameras_passes_through_them_in_order) {
@@ -117,7 +117,7 @@ TEST(a_path_through_the_cameras_passes_through_them_in_order) {
         for (uint32_t k = 0; k < 4; k++) p[k] = scene->views[6 - k].camera_to_world[i][POSITION];
         assert_near(between->camera_to_world[i][POSITION], (9 * (p[1] + p[2]) - p[0] - p[3]) / 16, 1e-12);
     }
-    free(path.frames);
+    vw_camera_path_free(&path);
 }
 
 TEST(turns_take_the_shortest_arc) {
@@ -136,7 +136,7 @@ TEST(turns_take_the_shortest_arc) {
         assert_near(path.frames[f].camera_to_world[1][RIGHT], sin(middle[f / 2] * M_PI / 180), 1e-9);
         assert_rotation(&path.frames[f]);
     }
-    free(path.frames);
+    vw_camera_path_free(&path);
 }
 
 TEST(cameras_that_tell_no_path_are_refused) {
@@ -190,7 +190,7 @@ FOLDER_TEST(a_path_of_nerfstudio_is_read) {
     assert_near(camera->focal_x_px, 50, 1e-9); // the angle is from top to bottom
     assert_near(camera->focal_y_px, 50, 1e-9);
     assert_true(path.frames[1].camera_to_world[0][POSITION] == 0.5 && path.frames[1].camera_to_world[2][POSITION] == 4);
-    free(path.frames);
+    vw_camera_path_free(&path);
 }
 
 FOLDER_TEST(frames_of_a_transforms_file_are_read) {
@@ -204,7 +204,7 @@ FOLDER_TEST(frames_of_a_transforms_file_are_read) {
     assert_true(path.frames[0].camera.width_px == 8 && path.frames[0].camera.focal_y_px == 9); // as the view
     assert_true(path.frames[1].camera.width_px == 32 && path.frames[1].camera.focal_y_px == 7);
     assert_true(path.frames[1].camera_to_world[0][POSITION] == 3 && path.frames[1].camera.k1 == 0);
-    free(path.frames);
+    vw_camera_path_free(&path);
 }
 
 FOLDER_TEST(hostile_paths_are_refused) {
@@ -244,10 +244,10 @@ TEST(a_pose_is_read_from_numbers) {
     ASSERT_OK(vw_camera_path_parse(scene, "--pose", "1 0 0 2 0 1 0 3  0 0 1 4", 0, &path));
     assert_true(path.count == 1 && path.frames[0].camera_to_world[1][POSITION] == 3);
     assert_true(path.frames[0].camera.focal_x_px == scene->views[0].camera.focal_x_px && path.frames[0].camera.k1 == 0);
-    free(path.frames);
+    vw_camera_path_free(&path);
     path.frames = NULL;
     ASSERT_OK(vw_camera_path_parse(scene, "--pose", POSE ", 0, 0, 0, 1", 0, &path));
-    free(path.frames);
+    vw_camera_path_free(&path);
     path.frames = NULL;
     static const char *const refused[] = {
         "", "1 2 3", POSE " 0 0 0 1 5", POSE " x", "nan 0 0 0 0 1 0 0 0 0 1 0", POSE ", 0, 0, 0"};

@@ -1,9 +1,10 @@
-"""A page in a headless Chromium, for tests/report/report_browser.py and tests/long/splat_viewer.py."""
+"""A page in a headless Chromium, and checks of pages, for tests/report/report_browser.py and tests/long/splat_viewer.py."""
 import json
 import os
 import socket
 
 from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
@@ -66,3 +67,36 @@ class Page:
     def click_head(self, title):
         self.run("[...document.querySelectorAll('#ranking-table th button')].find(one => one.textContent.startsWith(arguments[0])).click()",
                  title)
+
+
+CHECKS = []
+
+
+def check(what):
+    def add(function):
+        CHECKS.append((what, function))
+        return function
+    return add
+
+
+def expect(condition, why):
+    if not condition:
+        raise AssertionError(why)
+
+
+def run_checks(folder):
+    """Prints a line per check: "ok WHAT" or "failed WHAT: why"; or "no browser WHY" where it cannot be started."""
+    try:
+        browser = start_browser(folder)
+    except WebDriverException as error:
+        print('no browser', str(error).split('Stacktrace')[0].replace('\n', ' '))
+        return
+    try:
+        for what, function in CHECKS:
+            try:
+                function(browser, folder)
+                print('ok', what)
+            except Exception as error: # whatever a page does, the other checks go on
+                print('failed', f'{what}: {type(error).__name__}: {str(error)[:1500]}'.replace('\n', ' '))
+    finally:
+        browser.quit()

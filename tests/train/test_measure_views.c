@@ -126,7 +126,8 @@ TEST(a_whole_view_is_the_render_beside_the_photo) {
     vw_whole_view_free(&whole);
 }
 
-// Renders by a posed camera are those of a view that has it, bit for bit, and the view has its own camera afterwards.
+// Renders by a posed camera are those of a view that has it, bit for bit, alone and among others, and the view has its
+// own camera afterwards.
 static void check_posed(const char *effects, enum vw_field field, double k1) {
     struct synthetic_scene_params params = {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 20};
     params.k1 = k1;
@@ -137,7 +138,7 @@ static void check_posed(const char *effects, enum vw_field field, double k1) {
     config.epochs = 1;
     struct test_run *run = calloc(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    float *before, *expected, *posed, *after;
+    float *before, *expected, *posed, *after, *several;
     test_run_advance(trainer, run);
     size_t bytes = 3 * sizeof *posed * params.width_px * params.height_px;
     uint32_t place = trainer->validation.views[0], other = trainer->validation.views[1];
@@ -145,10 +146,15 @@ static void check_posed(const char *effects, enum vw_field field, double k1) {
     ASSERT_OK(vw_trainer_render(trainer, other, &expected));
     ASSERT_OK(vw_trainer_render_posed(trainer, place, &scene->views[other], false, &posed));
     ASSERT_OK(vw_trainer_render(trainer, place, &after));
+    const struct vw_view poses[3] = {scene->views[other], scene->views[place], scene->views[other]};
+    ASSERT_OK(vw_trainer_render_poses(trainer, (uint32_t[]){place, place, place}, poses, 3, 0, &several));
+    assert_memory_equal(several, posed, bytes);
+    assert_memory_equal(several + bytes / sizeof *several, before, bytes);
+    assert_memory_equal(several + 2 * bytes / sizeof *several, posed, bytes);
     assert_memory_equal(posed, expected, bytes);
     assert_memory_equal(after, before, bytes);
     assert_memory_not_equal(after, posed, bytes);
-    free(before), free(expected), free(posed), free(after), free(run);
+    free(before), free(expected), free(posed), free(after), free(several), free(run);
     test_release(trainer);
 }
 

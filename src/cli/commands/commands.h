@@ -16,6 +16,7 @@ enum vw_status vw_command_worth(const struct vw_options *options);
 enum vw_status vw_command_train(const struct vw_options *options);
 enum vw_status vw_command_lasting(const struct vw_options *options);
 enum vw_status vw_command_export(const struct vw_options *options);
+enum vw_status vw_command_next(const struct vw_options *options);
 enum vw_status vw_command_render(const struct vw_options *options);
 enum vw_status vw_command_tradeoff(const struct vw_options *options);
 enum vw_status vw_command_compare(const struct vw_options *options);

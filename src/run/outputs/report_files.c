@@ -10,6 +10,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
+#include "run/next/proposals_json.h"
 #include "run/outputs/reconstruction.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
@@ -316,6 +317,8 @@ enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, u
     if (!status)
         status = read_checked(out, VW_RECONSTRUCTION_FILE, scene_hash, image_count, vw_reconstruction_check, read,
                               &texts->reconstruction);
+    if (!status)
+        status = read_checked(out, VW_NEXT_FILE, scene_hash, image_count, vw_proposals_check, read, &texts->next);
     if (!status && !no_photos)
         status =
             read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, read, &texts->residuals);
@@ -326,6 +329,7 @@ void vw_run_texts_free(struct vw_run_texts *texts) {
     free(texts->map);
     free(texts->residuals);
     free(texts->reconstruction);
+    free(texts->next);
     *texts = (struct vw_run_texts){0};
 }
 

@@ -112,6 +112,7 @@ static struct vw_report_run run_of_page(const struct gathering *gathering, const
         .map_json = run->texts.map,
         .residuals_json = run->texts.residuals,
         .reconstruction_json = run->texts.reconstruction,
+        .next_json = run->texts.next,
         .duplicates_json = duplicates_of(gathering, run),
     };
 }

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_RUN_RECORDED_EXPORT_SCENE_H
 #define VIEWWORTH_RUN_RECORDED_EXPORT_SCENE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "viewworth/status.h"
@@ -21,5 +22,9 @@ struct vw_export {
 // Writes each file whole or not at all. VW_ERROR_USAGE if one exists, VW_ERROR_INPUT if points are asked of a scene
 // without any.
 enum vw_status vw_export_scene(const struct vw_export_params *params, struct vw_export *exported);
+
+// Refuses the name of a file to write, as an option gives it, unless it ends in .ply, or in .json if `json`, and is not
+// there yet. NULL is fine.
+enum vw_status vw_export_check_target(const char *option, const char *path, bool json);
 
 #endif

@@ -98,13 +98,14 @@ enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
                    run->ledger_path, run->row.scene_path);
 }
 
-enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer) {
+enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, bool validates, struct vw_trainer **trainer) {
     const struct vw_trainer_params params = {.gpu = run->gpu,
                                              .scene = run->scene,
                                              .config = &run->config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
                                              .awaits_field = true,
+                                             .validate = validates && run->scene->split_count[VW_SPLIT_VAL] > 0,
                                              .binding = &run->binding};
     char *path = vw_path_join(run->out, VW_FIELD_FILE);
     if (!path) return VW_ERROR_MEMORY;

@@ -113,7 +113,7 @@ enum vw_status vw_render_path(const struct vw_render_params *params, struct vw_r
     if (!status) status = render_frames(params, &rendering, &path, rendered);
     if (!status && params->video) status = vw_video_make(rendered->to, params->video, &made);
     if (made) rendered->video = params->video;
-    free(path.frames);
+    vw_camera_path_free(&path);
     vw_rendering_close(&rendering);
     vw_out_lock_release(&lock);
     return status;

@@ -30,7 +30,7 @@ static void add(struct reading *reading, const struct vw_camera *camera, double 
 
 static enum vw_status end(struct reading *reading, enum vw_status status, struct vw_camera_path *path) {
     if (!status) *path = reading->path;
-    else free(reading->path.frames);
+    else vw_camera_path_free(&reading->path);
     return status;
 }
 
@@ -95,7 +95,10 @@ static enum vw_status read_transform(struct reading *reading, const char *where,
     if (!status) status = read_side(where, file, frame, "h", &height_px);
     if (!status) status = vw_transforms_camera(where, file, frame, width_px, height_px, &camera, &rescaled);
     if (!status) add(reading, &camera, camera_to_world);
-    return status;
+    const char *name = json_string_value(json_object_get(frame, "file_path"));
+    if (status || !name) return status;
+    char **kept = &reading->path.frames[reading->path.count - 1].name;
+    return (*kept = vw_copy_text(name)) ? VW_OK : VW_ERROR_MEMORY;
 }
 
 static enum vw_status read_transforms(struct reading *reading, const json_t *file) {

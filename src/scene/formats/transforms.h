@@ -40,4 +40,11 @@ enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double
 enum vw_status vw_pose_of_matrix(const char *where, const char *field, double matrix[4][4],
                                  double camera_to_world[3][4]);
 
+// ---- Writing ----
+
+// Returns the four rows of a pose, and a frame: of a photo of that name, with a mask file (NULL: none) and, if
+// `own_camera`, its camera. NULL when memory is short.
+json_t *vw_pose_to_json(const double camera_to_world[3][4]);
+json_t *vw_transforms_frame_to_json(const struct vw_view *view, const char *name, const char *mask, bool own_camera);
+
 #endif

@@ -29,7 +29,7 @@ static void set_camera(json_t **object, const struct vw_camera *camera) {
         if (i < 4 || numbers[i].value != 0) vw_json_set(object, numbers[i].key, json_real(numbers[i].value));
 }
 
-static json_t *pose_to_json(const double camera_to_world[3][4]) {
+json_t *vw_pose_to_json(const double camera_to_world[3][4]) {
     json_t *rows = json_array();
     for (int i = 0; i < 3; i++)
         vw_json_append(&rows, json_pack("[ffff]", camera_to_world[i][0], camera_to_world[i][1], camera_to_world[i][2],
@@ -48,8 +48,9 @@ static void warn_of_lenses(const struct vw_scene *scene) {
                        "copy, not transforms.json");
 }
 
-static json_t *frame_to_json(const struct vw_view *view, const char *name, const char *mask, bool own_camera) {
-    json_t *frame = json_pack("{s:s, s:o}", "file_path", name, "transform_matrix", pose_to_json(view->camera_to_world));
+json_t *vw_transforms_frame_to_json(const struct vw_view *view, const char *name, const char *mask, bool own_camera) {
+    json_t *frame =
+        json_pack("{s:s, s:o}", "file_path", name, "transform_matrix", vw_pose_to_json(view->camera_to_world));
     if (mask) vw_json_set(&frame, "mask_path", json_string(mask));
     if (own_camera) set_camera(&frame, &view->camera);
     return frame;
@@ -63,7 +64,7 @@ enum vw_status vw_transforms_write(const struct vw_scene *scene, char *const *ma
     for (enum vw_split split = 0; split < VW_SPLIT_EXCLUDED; split++) splits[split] = json_array();
     for (uint32_t v = 0; v < scene->view_count; v++) {
         char *name = vw_format_text("images/%s", scene->views[v].name);
-        vw_json_append(&frames, name ? frame_to_json(&scene->views[v], name, masks[v], !shared) : NULL);
+        vw_json_append(&frames, name ? vw_transforms_frame_to_json(&scene->views[v], name, masks[v], !shared) : NULL);
         vw_json_append(&splits[scene->views[v].split], name ? json_string(name) : NULL);
         free(name);
     }

@@ -257,19 +257,18 @@ void vw_whole_view_free(struct vw_whole_view *whole) {
 // ---- Renders --------------------------------------------------------------------------------------------------------
 
 enum { RENDERED_RAYS = 8192 };
-static const double SEEN_LEAST = 0.01; // share of a ray's light that tells a depth
 
 // Returns the photo's pixel in the middle of the `place`-th of `count` parts of a side.
 static uint32_t middle_of(uint32_t side_px, uint64_t place, uint32_t count) {
     return (uint32_t)((2 * place + 1) * side_px / (2 * (uint64_t)count));
 }
 
-// Returns the depth along the camera's axis, in world units; 0 where the ray sees next to nothing.
+// Returns the depth along the camera's axis, in world units; 0 where the ray sees no more than `least` of anything.
 static float depth_of(const struct vw_radiance_field *field, const struct vw_view *view, const struct vw_pixel *pixel,
-                      vw_float4 seen) {
+                      vw_float4 seen, double least) {
     const struct vw_box *box = &field->model->box;
     double share = 1 - (double)seen.w, direction[3];
-    if (!vw_camera_unproject(&view->camera, pixel->x_px, pixel->y_px, direction) || !(share > SEEN_LEAST)) return 0;
+    if (!vw_camera_unproject(&view->camera, pixel->x_px, pixel->y_px, direction) || !(share > least)) return 0;
     double segment = sqrt(vw_dot(direction, direction, 3)), depth = seen.x / share;
     if (field->model->renderer != &renderer_splats) {
         bool from_camera = field->model->specialization.effect_unbounded;
@@ -292,25 +291,38 @@ static enum vw_status render_tiles(struct vw_evaluator *evaluator, const struct 
                 .view = picture->view};
         enum vw_status status = vw_evaluator_render(evaluator, pixels, count, colours);
         if (status) return status;
-        for (uint32_t i = 0; i < count && !picture->depth; i++)
+        for (uint32_t i = 0; i < count && !(picture->depth_share > 0); i++)
             memcpy(values + 3 * (first + i), &colours[i], 3 * sizeof *values);
-        for (uint32_t i = 0; i < count && picture->depth; i++)
-            values[first + i] = depth_of(evaluator->field, view, &pixels[i], colours[i]);
+        for (uint32_t i = 0; i < count && picture->depth_share > 0; i++)
+            values[first + i] = depth_of(evaluator->field, view, &pixels[i], colours[i], picture->depth_share);
     }
     return VW_OK;
 }
 
-enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **values) {
+static enum vw_status render_picture(struct vw_evaluator *evaluator, const struct vw_picture *picture,
+                                     struct vw_pixel *pixels, vw_float4 *colours, float *values) {
+    if (!picture->posed) return render_tiles(evaluator, picture, pixels, colours, values);
+    enum vw_status status = vw_field_pose(evaluator->field, picture->view, picture->posed);
+    if (!status) status = render_tiles(evaluator, picture, pixels, colours, values);
+    enum vw_status undone = vw_field_pose(evaluator->field, picture->view, NULL);
+    return status ? status : undone;
+}
+
+enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *pictures, uint32_t count,
+                               float **values) {
     struct vw_evaluator evaluator = {0};
-    struct vw_pixel *pixels = vw_allocate(RENDERED_RAYS, sizeof *pixels);
-    vw_float4 *colours = vw_allocate(RENDERED_RAYS, sizeof *colours);
-    float *rendered =
-        vw_allocate((size_t)picture->size_px[0] * picture->size_px[1], (picture->depth ? 1 : 3) * sizeof *rendered);
+    size_t pixel_count = (size_t)pictures->size_px[0] * pictures->size_px[1],
+           value_count = pixel_count * (pictures->depth_share > 0 ? 1 : 3);
+    uint32_t rays = pixel_count < RENDERED_RAYS ? (uint32_t)pixel_count : RENDERED_RAYS;
+    struct vw_pixel *pixels = vw_allocate(rays, sizeof *pixels);
+    vw_float4 *colours = vw_allocate(rays, sizeof *colours);
+    float *rendered = vw_allocate(value_count * count, sizeof *rendered);
     enum vw_status status = pixels && colours && rendered ? VW_OK : VW_ERROR_MEMORY;
     if (!status)
-        status = picture->depth ? vw_evaluator_create_of_depth(field, RENDERED_RAYS, &evaluator)
-                                : vw_evaluator_create(field, RENDERED_RAYS, &evaluator);
-    if (!status) status = render_tiles(&evaluator, picture, pixels, colours, rendered);
+        status = pictures->depth_share > 0 ? vw_evaluator_create_of_depth(field, rays, &evaluator)
+                                           : vw_evaluator_create(field, rays, &evaluator);
+    for (uint32_t i = 0; i < count && !status; i++)
+        status = render_picture(&evaluator, &pictures[i], pixels, colours, rendered + i * value_count);
     vw_evaluator_destroy(&evaluator);
     free(pixels);
     free(colours);

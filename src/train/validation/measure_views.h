@@ -27,10 +27,14 @@ enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, u
 struct vw_picture {
     uint32_t view;       // index in the field's scene
     uint32_t size_px[2]; // at most the view's: a smaller picture takes the pixel in the middle of each of its own
-    bool depth;          // instead of rgb: the expected depth along the camera's axis in world units; 0: nothing seen
+    double depth_share;  // > 0: instead of rgb the expected depth along the camera's axis in world units, 0 where the
+                         // ray sees no more than this share of anything
+    const struct vw_view *posed; // another camera in place of the view's; NULL: its own
 };
 
-// Renders floats, rows top to bottom: rgb, or a depth per pixel. Owned by the caller.
-enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *picture, float **values);
+// Renders pictures of the same size and kind, one after another: floats, rows top to bottom, rgb or a depth per pixel.
+// Owned by the caller.
+enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *pictures, uint32_t count,
+                               float **values);
 
 #endif

@@ -1,0 +1,60 @@
+#include "run/next/next.h"
+#include "base/json.h"
+#include "cli/commands/commands.h"
+#include "cli/output/print.h"
+#include "run/next/proposals_json.h"
+#include "run/next/reasons.h"
+
+static json_t *alone_to_json(const struct vw_candidate *candidate, double gain) {
+    const double(*pose)[4] = candidate->pose.camera_to_world;
+    return json_pack("{s:o, s:o, s:[fff]}", "name", vw_json_string(candidate->name), "gain", vw_json_real(gain),
+                     "position", pose[0][3], pose[1][3], pose[2][3]);
+}
+
+// Adds what each place would gain alone to what next.json has.
+static json_t *to_json(const struct vw_options *options, const struct vw_next *next) {
+    json_t *root = vw_proposals_to_json(next), *alone = json_array();
+    for (uint32_t i = 0; i < next->candidate_count; i++)
+        vw_json_append(&alone, alone_to_json(&next->candidates[i], next->first_gains[i]));
+    vw_json_set(&root, "candidates", alone);
+    vw_json_set(&root, "to", vw_json_string(options->to));
+    return root;
+}
+
+static void print_row(const struct vw_next *next, uint32_t place) {
+    const struct vw_proposal *proposal = &next->proposals[place];
+    const struct vw_candidate *candidate = &next->candidates[proposal->candidate];
+    const double(*pose)[4] = candidate->pose.camera_to_world;
+    char reasons[128];
+    vw_next_print_reasons(proposal->reasons, reasons, sizeof reasons);
+    vw_print("%2u %9.3g  %8.3g %8.3g %8.3g  %5.2f %5.2f %5.2f  %5.1f  %7.0f  %-20s  %s%s%s\n", place + 1,
+             proposal->gain, pose[0][3], pose[1][3], pose[2][3], -pose[0][2], -pose[1][2], -pose[2][2], proposal->apart,
+             proposal->seen_by, proposal->nearest, reasons, candidate->name ? "  " : "",
+             candidate->name ? candidate->name : "");
+}
+
+static void print_text(const struct vw_options *options, const struct vw_next *next) {
+    vw_print("%u of %u places, the most valuable first by %s\n", next->proposal_count, next->candidate_count,
+             next->method);
+    vw_print(
+        " n      gain  position                    direction         distance seen by  nearest photo         why\n");
+    for (uint32_t k = 0; k < next->proposal_count; k++) print_row(next, k);
+    vw_print("renders  %s/" VW_NEXT_RENDER_NAME " ...; viewworth report %s shows the places on its map\n",
+             options->operand, 1u, options->operand);
+    if (options->to) vw_print("poses    %s\n", options->to);
+}
+
+enum vw_status vw_command_next(const struct vw_options *options) {
+    const struct vw_next_params params = {.out = options->operand,
+                                          .among = options->among,
+                                          .to = options->to,
+                                          .method = options->method,
+                                          .device = options->device,
+                                          .count = options->proposals};
+    struct vw_next next;
+    enum vw_status status = vw_next_make(&params, &next);
+    if (!status && options->json) status = vw_json_print(to_json(options, &next));
+    else if (!status) print_text(options, &next);
+    vw_next_free(&next);
+    return status;
+}

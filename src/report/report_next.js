@@ -1,0 +1,64 @@
+'use strict';
+// Places for the next photos: on the map, and in a table. Only pages that have some have this script.
+
+const PLACE_PX = 18, PLACE_OPENING = .45; // length of a pyramid, and its half width as a share of that
+const PLACE_COLOUR = PALETTE[3];
+const MAP_AXES = {'Cameras from above': 'across', 'Cameras from the side': 'up'}; // the upward axis, by what a map is called
+
+// Places the proposals of a run along the axes of its map.
+function placesOf(one) {
+  if (!one.next || !layoutOf(one)) return [];
+  const positions = Array.from({length: one.map.positions.length / 3}, (_, i) => triple(one.map.positions, i));
+  const axes = axesOf(one.map, positions.filter(p => p.every(known)));
+  const along = p => ({level: dot(p, axes.level), across: dot(p, axes.across), up: dot(p, axes.up)});
+  return one.next.proposals.map(({position, direction}) => ({at: along(position), to: along(direction)}));
+}
+
+// Draws an open pyramid with its number.
+function drawPlace(pen, number, [x, y], [toX, toY]) {
+  const corner = side => [x + PLACE_PX * (toX - side * PLACE_OPENING * toY), y - PLACE_PX * (toY + side * PLACE_OPENING * toX)];
+  pen.beginPath();
+  pen.moveTo(x, y);
+  pen.lineTo(...corner(1));
+  pen.lineTo(...corner(-1));
+  pen.closePath();
+  Object.assign(pen, {strokeStyle: PLACE_COLOUR, lineWidth: 2});
+  pen.stroke();
+  Object.assign(pen, {strokeStyle: colour('page'), fillStyle: PLACE_COLOUR, lineWidth: 3, textAlign: 'center', textBaseline: 'middle'});
+  pen.strokeText(number, x - 9 * toX, y + 9 * toY);
+  pen.fillText(number, x - 9 * toX, y + 9 * toY);
+}
+
+Chart.register({id: 'places', beforeInit(chart) { // the map grows until it holds all places
+  const places = placesOf(run()), {scales} = chart.config.options, y = MAP_AXES[chart.canvas.getAttribute('aria-label')];
+  if (!y || !places.length) return;
+  const {middle, half} = layoutOf(run()), reach = axis => Math.max(...places.map(({at}) => Math.abs(at[axis] - middle[axis])));
+  const wide = Math.max(half, 1.08 * Math.max(...['level', 'across', 'up'].map(reach)));
+  Object.assign(scales.x, {min: middle.level - wide, max: middle.level + wide});
+  Object.assign(scales.y, {min: middle[y] - wide, max: middle[y] + wide});
+}, afterDatasetsDraw(chart) {
+  const pen = chart.ctx, {x, y} = chart.scales, up = MAP_AXES[chart.canvas.getAttribute('aria-label')];
+  if (!up) return;
+  pen.save();
+  pen.font = 'bold 12px sans-serif';
+  placesOf(run()).forEach(({at, to}, i) =>
+    drawPlace(pen, String(i + 1), [x.getPixelForValue(at.level), y.getPixelForValue(at[up])], [to.level, to[up]]));
+  pen.restore();
+}});
+
+function placesTable({next}) {
+  return plainTable(['', 'why', 'nearest photo', 'distance', 'photos that see it', 'position'], next.proposals.map((place, i) => [
+    String(i + 1), place.reasons.join(', '), withoutFolder(place.nearest), short(place.distance), short(place.seen_by),
+    place.position.map(short).join(' ')]), [0, 3, 4]);
+}
+
+function showPlaces() {
+  const planned = runs.filter(one => one.next && one.next.proposals.length);
+  if (!planned.length) return;
+  byId('distribution').before(element('section', {id: 'next'}, element('h2', {}, 'Places for the next photos'),
+    element('p', {class: 'quiet'}, 'Proposed by viewworth next, the most valuable first: numbered pyramids on the map. A distance ' +
+      'of 1 is usual between neighbouring photos. The photos that see it are the median over what a photo from there would show.'),
+    ...planned.flatMap(one => [...(runs.length > 1 ? [element('h3', {}, nameOfRun(one))] : []), placesTable(one)])));
+  redrawCharts(); // some are older than this script
+}
+showPlaces();

@@ -1,0 +1,46 @@
+// Small depth maps of poses, as the field sees them: the surface points of a pose, and which known photos see a point.
+#ifndef VIEWWORTH_RUN_NEXT_DEPTH_MAPS_H
+#define VIEWWORTH_RUN_NEXT_DEPTH_MAPS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+
+enum { VW_DEPTH_MAP_WIDTH_PX = 24, VW_DEPTH_MAP_HEIGHT_PX = 18 };
+enum { VW_DEPTH_MAP_PIXELS = VW_DEPTH_MAP_WIDTH_PX * VW_DEPTH_MAP_HEIGHT_PX };
+enum { VW_SPARSE_PIXELS = VW_DEPTH_MAP_PIXELS / 4 }; // every second column of every second row
+
+// Renders the depths of poses of the same size, one after another, owned by the caller: vw_trainer_render_poses(), or
+// what a test puts in its place.
+struct vw_depth_source {
+    enum vw_status (*render)(void *context, const uint32_t *views, const struct vw_view *poses, uint32_t count,
+                             float **depths_world);
+    void *context;
+};
+
+struct vw_depth_map {
+    struct vw_view pose;                     // with a pinhole camera of the map's size; its pixels need not be square
+    float depths_world[VW_DEPTH_MAP_PIXELS]; // along the axis, rows top to bottom; 0: nothing is there
+    double nearest_world, median_world;      // 5 % quantile and median of the depths; 0: nothing is there
+    uint32_t seen_count;                     // pixels that see something
+};
+
+// Makes the map of each pose, owned by the caller (free). An effect that sees photos sees poses[i] by that of views[i].
+enum vw_status vw_depth_maps_make(const struct vw_depth_source *source, const uint32_t *views,
+                                  const struct vw_view *poses, uint32_t count, struct vw_depth_map **maps);
+
+// Finds the surface point that a pixel sees. Returns false where nothing is there.
+bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, double point_world[3]);
+// Returns whether the map's camera sees a point: it is in the picture, and at most a tenth deeper than what is there.
+bool vw_depth_map_sees(const struct vw_depth_map *map, const double point_world[3]);
+// Counts the maps that see a point, up to `most`.
+uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const double point_world[3],
+                                    uint32_t most);
+// Returns the place-th of the VW_SPARSE_PIXELS pixels, whose points stand for all.
+uint32_t vw_sparse_pixel(uint32_t place);
+// Returns the median, over the points of a map, of the number of other maps that see them; 0 where nothing is there.
+double vw_depth_map_seen_by(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count);
+
+#endif

@@ -1,0 +1,124 @@
+#include "run/next/proposal_files.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/inside.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "image/image.h"
+#include "run/next/proposals_json.h"
+#include "run/next/reasons.h"
+#include "run/out_files.h"
+#include "scene/camera_path.h"
+#include "scene/formats/cameras_ply.h"
+#include "scene/formats/transforms.h"
+#include "train/trainer.h"
+
+static const struct vw_view *pose_of(const struct vw_proposal_files *files, uint32_t place) {
+    return &files->next->candidates[files->next->proposals[place].candidate].pose;
+}
+
+// Returns the path of a render, owned by the caller; NULL: memory is short.
+static char *name_render(const char *out, uint32_t place) {
+    return vw_format_text("%s/" VW_NEXT_RENDER_NAME, out, place + 1);
+}
+
+// ---- Renders -------------------------------------------------------------------------------------------------------
+
+static enum vw_status render_proposal(const struct vw_proposal_files *files, uint32_t place) {
+    struct vw_view pose = *pose_of(files, place);
+    double factor = fmin(1, VW_NEXT_RENDER_WIDTH_MOST_PX / (double)pose.camera.width_px);
+    pose.camera = vw_camera_resized(&pose.camera, (uint32_t)lround(factor * pose.camera.width_px),
+                                    (uint32_t)fmax(1, lround(factor * pose.camera.height_px)));
+    float *rgb = NULL;
+    char *path = name_render(files->out, place);
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status =
+        vw_trainer_render_posed(files->trainer, files->next->proposals[place].nearest_view, &pose, false, &rgb);
+    if (!status) status = vw_image_save(path, pose.camera.width_px, pose.camera.height_px, 3, rgb);
+    free(rgb);
+    free(path);
+    return status;
+}
+
+// Counts the proposals of an earlier call; 0 without a list of them that can be read.
+static uint32_t count_earlier(const char *out) {
+    json_error_t error;
+    void *text = NULL;
+    size_t size_bytes = 0;
+    if (!vw_file_exists_inside(out, VW_NEXT_FILE) ||
+        vw_file_read_inside(out, VW_NEXT_FILE, VW_NEXT_LIMIT_BYTES, &text, &size_bytes))
+        return 0;
+    json_t *list = vw_json_load(text, size_bytes, 0, &error);
+    size_t count = json_array_size(json_object_get(list, "proposals"));
+    json_decref(list);
+    free(text);
+    return count < VW_CAMERA_PATH_FRAMES_MOST ? (uint32_t)count : VW_CAMERA_PATH_FRAMES_MOST;
+}
+
+// Removes next.json, and the renders of its proposals beyond so many.
+static enum vw_status remove_earlier(const char *out, uint32_t proposal_count) {
+    uint32_t earlier = count_earlier(out);
+    char *list = vw_path_join(out, VW_NEXT_FILE);
+    if (!list) return VW_ERROR_MEMORY;
+    enum vw_status status = unlink(list) == 0 || errno == ENOENT
+                                ? VW_OK
+                                : vw_fail(VW_ERROR_IO, "%s: cannot remove: %s", list, strerror(errno));
+    free(list);
+    for (uint32_t place = proposal_count; place < earlier && !status; place++) {
+        char *path = name_render(out, place);
+        if (path) (void)unlink(path);
+        else status = VW_ERROR_MEMORY;
+        free(path);
+    }
+    return status;
+}
+
+// ---- Poses for other programs --------------------------------------------------------------------------------------
+
+static json_t *frame_to_json(const struct vw_proposal_files *files, uint32_t place) {
+    char render[32], reasons[128] = "";
+    snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
+    json_t *frame = vw_transforms_frame_to_json(pose_of(files, place), render, NULL, true);
+    vw_next_print_reasons(files->next->proposals[place].reasons, reasons, sizeof reasons);
+    vw_json_set(&frame, "reason", json_string(reasons));
+    return frame;
+}
+
+static enum vw_status write_transforms(const struct vw_proposal_files *files) {
+    json_t *file = json_object(), *frames = json_array();
+    for (uint32_t k = 0; k < files->next->proposal_count; k++) vw_json_append(&frames, frame_to_json(files, k));
+    vw_json_set(&file, "frames", frames);
+    return vw_json_write_file(files->to, file);
+}
+
+static enum vw_status write_pyramids(const struct vw_proposal_files *files) {
+    uint32_t count = files->next->proposal_count;
+    struct vw_camera_pyramid *pyramids = vw_allocate(count, sizeof *pyramids);
+    if (!pyramids) return VW_ERROR_MEMORY;
+    for (uint32_t k = 0; k < count; k++) {
+        pyramids[k].view = pose_of(files, k);
+        vw_rank_colour(count > 1 ? 1 - k / (double)(count - 1) : 1, pyramids[k].rgb);
+    }
+    const struct vw_camera_pyramids all = {pyramids, count, vw_camera_pyramid_depth(files->scene)};
+    enum vw_status status = vw_csv_write_file(files->to, vw_ply_print_cameras, &all);
+    free(pyramids);
+    return status;
+}
+
+enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files) {
+    char *list = vw_path_join(files->out, VW_NEXT_FILE);
+    enum vw_status status = list ? remove_earlier(files->out, files->next->proposal_count) : VW_ERROR_MEMORY;
+    for (uint32_t k = 0; k < files->next->proposal_count && !status; k++) status = render_proposal(files, k);
+    if (!status && files->to)
+        status = vw_path_ends_with(files->to, ".ply") ? write_pyramids(files) : write_transforms(files);
+    if (!status) status = vw_json_write_file(list, vw_proposals_to_json(files->next));
+    free(list);
+    return status;
+}

@@ -1,0 +1,85 @@
+#include "run/next/proposals_json.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/json.h"
+#include "base/memory.h"
+#include "run/next/reasons.h"
+#include "scene/camera_path.h"
+#include "scene/formats/transforms.h"
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+static json_t *reasons_to_json(uint32_t reasons) {
+    json_t *words = json_array();
+    for (uint32_t i = 0; i < VW_NEXT_REASON_COUNT; i++)
+        if (reasons >> i & 1) vw_json_append(&words, json_string(vw_next_reason_word(i)));
+    return words;
+}
+
+static json_t *proposal_to_json(const struct vw_next *next, uint32_t place) {
+    const struct vw_proposal *proposal = &next->proposals[place];
+    const struct vw_candidate *candidate = &next->candidates[proposal->candidate];
+    const double(*pose)[4] = candidate->pose.camera_to_world;
+    char render[32];
+    snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
+    return json_pack("{s:o, s:[fff], s:[fff], s:o, s:o, s:o, s:f, s:o, s:o, s:s}", "name",
+                     vw_json_string(candidate->name), "position", pose[0][3], pose[1][3], pose[2][3], "direction",
+                     -pose[0][2], -pose[1][2], -pose[2][2], "camera_to_world", vw_pose_to_json(pose), "gain",
+                     vw_json_real(proposal->gain), "reasons", reasons_to_json(proposal->reasons), "seen_by",
+                     proposal->seen_by, "nearest", vw_json_string(proposal->nearest), "distance",
+                     vw_json_real(proposal->apart), "render", render);
+}
+
+json_t *vw_proposals_to_json(const struct vw_next *next) {
+    json_t *root = json_object(), *proposals = json_array();
+    for (uint32_t k = 0; k < next->proposal_count; k++) vw_json_append(&proposals, proposal_to_json(next, k));
+    vw_json_set(&root, "scene_hash", json_string(next->scene_hash));
+    vw_json_set(&root, "method", json_string(next->method));
+    vw_json_set(&root, "proposals", proposals);
+    return root;
+}
+
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+static bool is_vector(const json_t *array) {
+    bool fits = json_array_size(array) == 3;
+    for (size_t i = 0; fits && i < 3; i++) fits = json_is_number(json_array_get(array, i));
+    return fits;
+}
+
+static bool are_reasons(const json_t *array) {
+    bool fits = json_is_array(array) && json_array_size(array) <= VW_NEXT_REASON_COUNT;
+    for (size_t i = 0; fits && i < json_array_size(array); i++)
+        fits = vw_next_reason_is_known(json_string_value(json_array_get(array, i)));
+    return fits;
+}
+
+// Returns the field of a proposal that is not what a page needs; NULL: all are.
+static const char *find_broken(const json_t *proposal) {
+    if (!is_vector(json_object_get(proposal, "position"))) return "position";
+    if (!is_vector(json_object_get(proposal, "direction"))) return "direction";
+    if (!are_reasons(json_object_get(proposal, "reasons"))) return "reasons";
+    if (!json_is_number(json_object_get(proposal, "seen_by"))) return "seen_by";
+    if (!json_is_string(json_object_get(proposal, "nearest"))) return "nearest";
+    return json_is_number(json_object_get(proposal, "distance")) ? NULL : "distance";
+}
+
+enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count) {
+    static const char remedy[] = "remove it, or propose again by viewworth next";
+    const char *hash = json_string_value(json_object_get(file, "scene_hash"));
+    const json_t *proposals = json_object_get(file, "proposals");
+    (void)image_count; // a proposal is of no photo
+    if (!hash || strcmp(hash, scene_hash) != 0)
+        return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
+    if (!json_is_array(proposals) || json_array_size(proposals) > VW_CAMERA_PATH_FRAMES_MOST)
+        return vw_fail(VW_ERROR_INPUT, "%s: proposals: is not a list of proposals; %s", path, remedy);
+    for (size_t i = 0; i < json_array_size(proposals); i++) {
+        const char *broken = find_broken(json_array_get(proposals, i));
+        if (broken)
+            return vw_fail(VW_ERROR_INPUT, "%s: proposal %zu: %s: is not what a page needs; %s", path, i + 1, broken,
+                           remedy);
+    }
+    return VW_OK;
+}

@@ -1,0 +1,110 @@
+#include "run/next/reasons.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+#include "scene/view_distance.h"
+
+static const double FEW_MOST = 0.5; // in parts of the usual number
+static const double FAR_LEAST = 2;  // usual distances
+
+static const char *const words[VW_NEXT_REASON_COUNT] = {[VW_SEEN_BY_FEW] = "seen by few",
+                                                        [VW_HIGH_ERROR] = "high error",
+                                                        [VW_EXTRAPOLATES] = "extrapolates",
+                                                        [VW_BETWEEN_PHOTOS] = "between photos"};
+
+const char *vw_next_reason_word(enum vw_next_reason reason) { return words[reason]; }
+
+void vw_next_print_reasons(uint32_t reasons, char *text, size_t size_bytes) {
+    size_t used = 0;
+    text[0] = 0;
+    for (uint32_t i = 0; i < VW_NEXT_REASON_COUNT; i++)
+        if (reasons >> i & 1 && used < size_bytes)
+            used += (size_t)snprintf(text + used, size_bytes - used, "%s%s", used ? ", " : "", words[i]);
+}
+
+bool vw_next_reason_is_known(const char *word) {
+    for (size_t i = 0; word && i < VW_NEXT_REASON_COUNT; i++)
+        if (!strcmp(words[i], word)) return true;
+    return false;
+}
+
+struct usual {
+    double seen_by, mse; // medians over known photos, of others that see what they see, and over validation photos
+};
+
+static enum vw_status find_usual(const struct vw_known_views *known, const struct vw_depth_map *maps,
+                                 struct usual *usual) {
+    double *values = vw_allocate(known->count + known->val_count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < known->count; i++)
+        values[i] = fmax(vw_depth_map_seen_by(&maps[i], maps, known->count) - 1, 0); // without itself
+    usual->seen_by = vw_median(values, known->count);
+    for (uint32_t i = 0; i < known->val_count; i++) values[i] = known->val_mse[i];
+    usual->mse = vw_median(values, known->val_count);
+    free(values);
+    return VW_OK;
+}
+
+// Finds the place of the nearest of some views.
+static uint32_t find_nearest(const struct vw_known_views *known, const struct vw_view_scales *scales,
+                             const uint32_t *views, uint32_t count, const struct vw_view *pose, double *apart) {
+    uint32_t nearest = 0;
+    *apart = INFINITY;
+    for (uint32_t i = 0; i < count; i++) {
+        double distance = vw_view_apart(scales, pose, &known->scene->views[views[i]]);
+        if (distance < *apart) *apart = distance, nearest = i;
+    }
+    return nearest;
+}
+
+static void find_neighbours(const struct vw_known_views *known, const struct vw_view_scales *scales,
+                            const struct usual *usual, const struct vw_view *pose, struct vw_proposal *proposal) {
+    double apart;
+    uint32_t nearest = find_nearest(known, scales, known->views, known->count, pose, &proposal->apart);
+    proposal->nearest_view = known->views[nearest];
+    if (proposal->apart > FAR_LEAST) proposal->reasons |= 1u << VW_EXTRAPOLATES;
+    if (!known->val_count) return;
+    nearest = find_nearest(known, scales, known->val_views, known->val_count, pose, &apart);
+    if (known->val_mse[nearest] > usual->mse) proposal->reasons |= 1u << VW_HIGH_ERROR;
+}
+
+static enum vw_status map_proposals(const struct vw_next *next, const struct vw_depth_source *depths,
+                                    struct vw_depth_map **maps) {
+    struct vw_view *poses = vw_allocate(next->proposal_count, sizeof *poses);
+    uint32_t *views = vw_allocate(next->proposal_count, sizeof *views);
+    enum vw_status status = poses && views ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t k = 0; k < next->proposal_count && !status; k++) {
+        poses[k] = next->candidates[next->proposals[k].candidate].pose;
+        views[k] = next->proposals[k].nearest_view;
+    }
+    if (!status) status = vw_depth_maps_make(depths, views, poses, next->proposal_count, maps);
+    free(poses);
+    free(views);
+    return status;
+}
+
+enum vw_status vw_next_explain(const struct vw_known_views *known, const struct vw_depth_map *maps,
+                               const struct vw_depth_source *depths, struct vw_next *next) {
+    struct vw_view_scales scales;
+    struct usual usual = {0};
+    struct vw_depth_map *own = NULL;
+    enum vw_status status = vw_view_scales_find(known->scene, &scales);
+    if (!status) status = find_usual(known, maps, &usual);
+    for (uint32_t k = 0; k < next->proposal_count && !status; k++)
+        find_neighbours(known, &scales, &usual, &next->candidates[next->proposals[k].candidate].pose,
+                        &next->proposals[k]);
+    if (!status) status = map_proposals(next, depths, &own);
+    for (uint32_t k = 0; k < next->proposal_count && !status; k++) {
+        struct vw_proposal *proposal = &next->proposals[k];
+        proposal->seen_by = vw_depth_map_seen_by(&own[k], maps, known->count);
+        if (proposal->seen_by <= FEW_MOST * usual.seen_by) proposal->reasons |= 1u << VW_SEEN_BY_FEW;
+        if (!proposal->reasons) proposal->reasons = 1u << VW_BETWEEN_PHOTOS;
+    }
+    free(own);
+    return status;
+}
