@@ -17,8 +17,8 @@ enum { POSITION = 3, CAMERAS = 24, SEED = 5 };
 struct ball {
     double centre[3], radius;
 };
-struct wall { // the points p with normal . p = offset, seen from both sides
-    double normal[3], offset;
+struct wall { // the points p with normal . p = offset, seen from both sides, at most `radius` from the origin
+    double normal[3], offset, radius; // 0: without an end
 };
 struct world {
     const char *name;
@@ -64,6 +64,15 @@ static void on_walk(uint32_t number, double position[3], double target[3]) {
     target[2] = -0.5;
 }
 
+// Round a table, above its top.
+static void over_table(uint32_t number, double position[3], double target[3]) {
+    double angle = 2 * M_PI * number / CAMERAS;
+    position[0] = 2.2 * cos(angle);
+    position[1] = 2.2 * sin(angle);
+    position[2] = number % 2 ? 2 : 0.6;
+    for (int i = 0; i < 3; i++) target[i] = 0;
+}
+
 static const struct world worlds[] = {
     // A ball to look at, and one that stands on the ring between two cameras.
     {"turntable", {{{0, 0, 0}, 0.8}, {{3, 0.38, 0.5}, 0.25}}, {{{0, 0, 1}, -0.9}}, 2, 1, on_ring},
@@ -75,6 +84,7 @@ static const struct world worlds[] = {
      6,
      in_room},
     {"walk", {{{3, 1, 0}, 0.5}, {{6, -1.2, 0}, 0.5}}, {{{0, 0, 1}, -0.5}, {{0, 1, 0}, 3}}, 2, 2, on_walk},
+    {"table", {{{0, 0, -0.1}, 0.3}}, {{{0, 0, 1}, -0.4, 1.9}}, 1, 1, over_table},
 };
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -95,7 +105,9 @@ static double trace(const struct world *world, const double from[3], const doubl
     for (uint32_t w = 0; w < world->wall_count; w++) {
         const struct wall *wall = &world->walls[w];
         double steps = (wall->offset - dot(wall->normal, from)) / dot(wall->normal, direction);
-        if (steps > 0 && steps < least) least = steps;
+        double off = 0;
+        for (int i = 0; i < 3; i++) off = hypot(off, from[i] + steps * direction[i]);
+        if (steps > 0 && steps < least && (wall->radius == 0 || off <= wall->radius)) least = steps;
     }
     return isinf(least) ? 0 : least;
 }
@@ -188,24 +200,27 @@ static void assert_free(const struct world *world, const struct known *known, co
     }
 }
 
-// Returns the share of what a map sees that two known photos see.
+// Returns the share of what a map sees that two known photos see from the same side.
 static double share_seen(const struct world *world, const struct known *known, const struct vw_depth_map *map) {
     uint32_t points = 0, seen = 0;
     for (uint32_t i = 0; i < VW_DEPTH_MAP_PIXELS; i++) {
-        double point[3], out[3], place[3];
-        if (!vw_depth_map_point(map, i, point)) continue;
+        struct vw_sight sight;
+        double own[3], out[3], place[3];
+        if (!vw_depth_map_point(map, i, &sight)) continue;
+        for (int k = 0; k < 3; k++) own[k] = sight.point_world[k] - sight.from_world[k];
         points++;
         uint32_t seeing = 0;
         for (uint32_t v = 0; v < CAMERAS && seeing < 2; v++) {
             const double(*to_world)[4] = known->views[v].camera_to_world;
             const struct vw_camera pinhole = vw_camera_pinhole(&known->views[v].camera);
             double from[3], column, row;
-            for (int k = 0; k < 3; k++) from[k] = to_world[k][3], out[k] = point[k] - from[k];
+            for (int k = 0; k < 3; k++) from[k] = to_world[k][3], out[k] = sight.point_world[k] - from[k];
             for (int k = 0; k < 3; k++)
                 place[k] = to_world[0][k] * out[0] + to_world[1][k] * out[1] + to_world[2][k] * out[2];
             bool in_picture =
                 vw_camera_project(&pinhole, place, &column, &row) && column >= 0 && column < 64 && row >= 0 && row < 48;
-            seeing += in_picture && trace(world, from, out) > 0.9; // nothing stands before the point
+            bool same_side = dot(own, out) >= 0.5 * sqrt(dot(own, own) * dot(out, out));
+            seeing += in_picture && same_side && trace(world, from, out) > 0.9; // nothing is before the point
         }
         seen += seeing == 2;
     }
@@ -308,10 +323,11 @@ TEST(maps_know_their_surface_and_who_sees_it) {
     const struct world *world = &worlds[0];
     struct known *known = know(world);
     for (uint32_t v = 0; v < CAMERAS; v++) {
-        double point[3];
+        struct vw_sight sight;
         uint32_t seen = 0;
         for (uint32_t pixel = 0; pixel < VW_DEPTH_MAP_PIXELS; pixel++) {
-            if (!vw_depth_map_point(&known->maps[v], pixel, point)) continue;
+            if (!vw_depth_map_point(&known->maps[v], pixel, &sight)) continue;
+            const double *point = sight.point_world;
             seen++;
             double off = fabs(point[2] + 0.9);
             for (uint32_t b = 0; b < world->ball_count; b++) {
@@ -320,15 +336,17 @@ TEST(maps_know_their_surface_and_who_sees_it) {
                 off = fmin(off, fabs(sqrt(dot(away, away)) - world->balls[b].radius));
             }
             assert_near(off, 0, 1e-5);
-            assert_true(vw_depth_map_sees(&known->maps[v], point));
+            assert_true(vw_depth_map_sees(&known->maps[v], &sight));
         }
         assert_int_equal(known->maps[v].seen_count, seen);
     }
-    const double behind[3] = {-0.79, 0, 0}, before[3] = {0.79, 0, 0}, away[3] = {6, 0, 0.3};
-    assert_true(vw_depth_map_sees(&known->maps[1], before));
-    assert_false(vw_depth_map_sees(&known->maps[1], behind));
-    assert_false(vw_depth_map_sees(&known->maps[1], away));
-    assert_int_equal(vw_depth_maps_count_seeing(known->maps, CAMERAS, before, 2), 2);
+    const struct vw_sight behind = {{3, 0.8, 1}, {-0.79, 0, 0}}, before = {{3, 0.8, 1}, {0.79, 0, 0}},
+                          away = {{3, 0.8, 1}, {6, 0, 0.3}}, inside = {{0, 0, 0}, {0.79, 0, 0}};
+    assert_true(vw_depth_map_sees(&known->maps[1], &before));
+    assert_false(vw_depth_map_sees(&known->maps[1], &behind));
+    assert_false(vw_depth_map_sees(&known->maps[1], &away));
+    assert_false(vw_depth_map_sees(&known->maps[1], &inside)); // its other side
+    assert_int_equal(vw_depth_maps_count_seeing(known->maps, CAMERAS, &before, 2), 2);
     forget(known);
 }
 

@@ -9,6 +9,7 @@
 #include "scene/camera_path.h"
 
 static const double NEAREST_SHARE = 0.05, BEHIND_MOST = 1.1;
+static const double SIDE_COSINE_LEAST = 0.5; // of 60 degrees between two rays to a point
 
 static struct vw_view small_pose(const struct vw_view *pose) {
     struct vw_view small = {.camera = vw_camera_resized(&pose->camera, VW_DEPTH_MAP_WIDTH_PX, VW_DEPTH_MAP_HEIGHT_PX),
@@ -47,7 +48,7 @@ enum vw_status vw_depth_maps_make(const struct vw_depth_source *source, const ui
     return status;
 }
 
-bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, double point_world[3]) {
+bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, struct vw_sight *sight) {
     const struct vw_camera *camera = &map->pose.camera;
     uint32_t column_px = pixel % VW_DEPTH_MAP_WIDTH_PX, row_px = pixel / VW_DEPTH_MAP_WIDTH_PX;
     double depth = (double)map->depths_world[pixel];
@@ -55,19 +56,23 @@ bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, double p
            up = (camera->centre_y_px - row_px - 0.5) / camera->focal_y_px;
     for (int i = 0; i < 3; i++) {
         const double *row = map->pose.camera_to_world[i];
-        point_world[i] = row[3] + depth * (row[0] * right + row[1] * up - row[2]);
+        sight->from_world[i] = row[3];
+        sight->point_world[i] = row[3] + depth * (row[0] * right + row[1] * up - row[2]);
     }
     return depth > 0;
 }
 
-bool vw_depth_map_sees(const struct vw_depth_map *map, const double point_world[3]) {
+bool vw_depth_map_sees(const struct vw_depth_map *map, const struct vw_sight *sight) {
     const struct vw_camera *camera = &map->pose.camera;
-    double place[3] = {0};
-    for (int axis = 0; axis < 3; axis++)
-        for (int i = 0; i < 3; i++)
-            place[axis] += map->pose.camera_to_world[i][axis] * (point_world[i] - map->pose.camera_to_world[i][3]);
+    double place[3] = {0}, ray[3], other[3];
+    for (int i = 0; i < 3; i++) {
+        ray[i] = sight->point_world[i] - map->pose.camera_to_world[i][3];
+        other[i] = sight->point_world[i] - sight->from_world[i];
+        for (int axis = 0; axis < 3; axis++) place[axis] += map->pose.camera_to_world[i][axis] * ray[i];
+    }
     double depth = -place[2];
-    if (!(depth > 0)) return false;
+    if (!(depth > 0) || vw_dot(ray, other, 3) < SIDE_COSINE_LEAST * sqrt(vw_dot(ray, ray, 3) * vw_dot(other, other, 3)))
+        return false;
     double column = camera->centre_x_px + camera->focal_x_px * place[0] / depth,
            row = camera->centre_y_px - camera->focal_y_px * place[1] / depth;
     if (!(column >= 0 && column < VW_DEPTH_MAP_WIDTH_PX && row >= 0 && row < VW_DEPTH_MAP_HEIGHT_PX)) return false;
@@ -79,18 +84,19 @@ uint32_t vw_sparse_pixel(uint32_t place) {
     return place / across * 2 * VW_DEPTH_MAP_WIDTH_PX + place % across * 2;
 }
 
-uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const double point_world[3],
+uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const struct vw_sight *sight,
                                     uint32_t most) {
     uint32_t seeing = 0;
-    for (uint32_t i = 0; i < count && seeing < most; i++) seeing += vw_depth_map_sees(&maps[i], point_world);
+    for (uint32_t i = 0; i < count && seeing < most; i++) seeing += vw_depth_map_sees(&maps[i], sight);
     return seeing;
 }
 
 double vw_depth_map_seen_by(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count) {
-    double seeing[VW_SPARSE_PIXELS], point_world[3];
+    double seeing[VW_SPARSE_PIXELS];
+    struct vw_sight sight;
     uint32_t points = 0;
     for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++)
-        if (vw_depth_map_point(map, vw_sparse_pixel(i), point_world))
-            seeing[points++] = vw_depth_maps_count_seeing(maps, count, point_world, count);
+        if (vw_depth_map_point(map, vw_sparse_pixel(i), &sight))
+            seeing[points++] = vw_depth_maps_count_seeing(maps, count, &sight, count);
     return points ? vw_median(seeing, points) : 0;
 }

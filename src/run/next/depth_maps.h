@@ -31,14 +31,20 @@ struct vw_depth_map {
 enum vw_status vw_depth_maps_make(const struct vw_depth_source *source, const uint32_t *views,
                                   const struct vw_view *poses, uint32_t count, struct vw_depth_map **maps);
 
+// A point of a surface, and the camera position that it is looked at from.
+struct vw_sight {
+    double from_world[3], point_world[3];
+};
+
 // Finds the surface point that a pixel sees. Returns false where nothing is there.
-bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, double point_world[3]);
-// Returns whether the map's camera sees a point: it is in the picture, and at most a tenth deeper than what is there.
-bool vw_depth_map_sees(const struct vw_depth_map *map, const double point_world[3]);
-// Counts the maps that see a point, up to `most`.
-uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const double point_world[3],
+bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, struct vw_sight *sight);
+// Returns whether the map's camera sees the same side of a point: it is in the picture, at most a tenth deeper than
+// what is there, and the two rays to it are at most 60 degrees apart.
+bool vw_depth_map_sees(const struct vw_depth_map *map, const struct vw_sight *sight);
+// Counts the maps that see it, up to `most`.
+uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const struct vw_sight *sight,
                                     uint32_t most);
-// Returns the place-th of the VW_SPARSE_PIXELS pixels, whose points stand for all.
+// Returns the place-th of the VW_SPARSE_PIXELS pixels, whose points are a sample of all.
 uint32_t vw_sparse_pixel(uint32_t place);
 // Returns the median, over the points of a map, of the number of other maps that see them; 0 where nothing is there.
 double vw_depth_map_seen_by(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count);

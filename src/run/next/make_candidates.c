@@ -44,17 +44,18 @@ struct block {
 // Lists the points that a known photo sees and the fewest photos see.
 static void find_targets(const struct vw_candidate_params *params, const struct vw_depth_map *map,
                          struct vw_pose_base *base) {
-    double seeing[VW_SPARSE_PIXELS], points[VW_SPARSE_PIXELS][3];
+    double seeing[VW_SPARSE_PIXELS];
+    struct vw_sight points[VW_SPARSE_PIXELS];
     struct vw_ordered ordered[VW_SPARSE_PIXELS];
     uint32_t count = 0;
     for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++)
-        if (vw_depth_map_point(map, vw_sparse_pixel(i), points[count]))
-            seeing[count] = vw_depth_maps_count_seeing(params->maps, params->count, points[count], SEEING_MOST),
+        if (vw_depth_map_point(map, vw_sparse_pixel(i), &points[count]))
+            seeing[count] = vw_depth_maps_count_seeing(params->maps, params->count, &points[count], SEEING_MOST),
             count++;
     vw_order(seeing, count, ordered);
     base->target_count = count < VW_POSE_TARGETS ? count : VW_POSE_TARGETS;
     for (uint32_t k = 0; k < base->target_count; k++)
-        memcpy(base->targets_world[k], points[ordered[k].place], sizeof points[0]);
+        memcpy(base->targets_world[k], points[ordered[k].place].point_world, sizeof base->targets_world[k]);
 }
 
 static void fill_base(const struct vw_candidate_params *params, uint32_t place, struct vw_pose_base *base) {
@@ -194,14 +195,14 @@ static enum vw_status keep_reachable(const struct making *making, struct block *
 // Returns whether a pose is clear of what is there, and sees enough of what known photos see.
 static bool sees_the_seen(const struct making *making, uint32_t nearest, const struct vw_depth_map *map) {
     const struct vw_candidate_params *params = making->params;
-    double point_world[3];
+    struct vw_sight sight;
     uint32_t points = 0, seen = 0;
     if (map->seen_count < making->seen_least) return false;
     if (map->nearest_world < CLEAR_LEAST * params->maps[nearest].nearest_world) return false;
     for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++) {
-        if (!vw_depth_map_point(map, vw_sparse_pixel(i), point_world)) continue;
+        if (!vw_depth_map_point(map, vw_sparse_pixel(i), &sight)) continue;
         points++;
-        seen += vw_depth_maps_count_seeing(params->maps, params->count, point_world, SEEING_LEAST) == SEEING_LEAST;
+        seen += vw_depth_maps_count_seeing(params->maps, params->count, &sight, SEEING_LEAST) == SEEING_LEAST;
     }
     return points && seen >= SEEN_LEAST * points;
 }
