@@ -206,6 +206,11 @@ bool vw_folder_exists(const char *path) {
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
+bool vw_folder_is_same(const char *left, const char *right) {
+    struct stat a, b;
+    return !stat(left, &a) && !stat(right, &b) && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+}
+
 enum vw_status vw_folder_create(const char *path) {
     char *partial = vw_copy_text(path);
     if (!partial) return VW_ERROR_MEMORY;

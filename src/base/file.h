@@ -37,6 +37,7 @@ int vw_file_open_unnamed(const char *folder);
 void vw_folder_remove_leftovers(const char *path);
 bool vw_file_exists(const char *path); // a plain file: not a folder, and not a device or pipe, which might never end
 bool vw_folder_exists(const char *path);
+bool vw_folder_is_same(const char *left, const char *right); // two names of one folder, or of one file
 // Creates a folder and its parents; an existing folder is fine.
 enum vw_status vw_folder_create(const char *path);
 // Removes a folder with all that is in it; links are removed, not followed. What cannot be removed stays.

@@ -62,7 +62,8 @@ const struct vw_option vw_option_table[] = {
     {"to", "PATH",
      "File to write: the photo list of select, the image of render (.png or .exr, default "
      "OUT/render_VIEW.png) or its folder of frames (default OUT/frames), the page of report (default report.html in "
-     "the first OUT), or the places of next, as a transforms file (.json) or as pyramids (.ply)",
+     "the first OUT), or the places of next: as pyramids (.ply), or as a transforms file (.json) of poses without photos, in the "
+     "sizes after --downscale, whose file_path names the render in OUT",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, to),
      COMMON},
     {"copy", "DIR",

@@ -43,6 +43,28 @@ enum vw_status vw_out_check(const char *out) {
     return status;
 }
 
+// Returns whether a path is one of the files of `out`, there or not.
+static bool is_out_file(const char *path, const char *out) {
+    const char *name = strrchr(path, '/');
+    char *folder = vw_path_folder(path);
+    bool is_one = false, inside = folder && vw_folder_is_same(folder, out);
+    for (size_t i = 0; inside && i < vw_out_file_count; i++)
+        is_one |= !strcmp(name ? name + 1 : path, vw_out_files[i].name);
+    free(folder);
+    return is_one;
+}
+
+enum vw_status vw_out_check_target(const char *option, const char *path, const char *out, bool json) {
+    if (!path) return VW_OK;
+    if (!vw_path_ends_with(path, ".ply") && !(json && vw_path_ends_with(path, ".json")))
+        return vw_fail(VW_ERROR_USAGE, "--%s %s: the name must end in .ply%s", option, path, json ? " or .json" : "");
+    if (vw_file_exists(path) || vw_folder_exists(path))
+        return vw_fail(VW_ERROR_USAGE, "--%s %s: exists; name a new file, or remove that one", option, path);
+    if (!is_out_file(path, out)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--%s %s: commands write their own file of that name there; name another", option,
+                   path);
+}
+
 static enum vw_status remove_file(const char *out, const char *name) {
     char *path = vw_path_join(out, name);
     if (!path) return VW_ERROR_MEMORY;

@@ -180,11 +180,6 @@ enum vw_status vw_out_lock_take(const char *out, struct vw_out_lock **lock) {
     return VW_OK;
 }
 
-static bool is_same_folder(const char *left, const char *right) {
-    struct stat a, b;
-    return !stat(left, &a) && !stat(right, &b) && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
-}
-
 enum vw_status vw_out_lock_take_for(const char *to, const char *const *folders, uint32_t folder_count,
                                     struct vw_out_lock **lock) {
     enum vw_status status = VW_OK;
@@ -192,7 +187,7 @@ enum vw_status vw_out_lock_take_for(const char *to, const char *const *folders, 
     if (!folder) return VW_ERROR_MEMORY;
     *lock = NULL;
     for (uint32_t i = 0; !status && !*lock && i < folder_count; i++)
-        if (is_same_folder(folder, folders[i])) status = vw_out_lock_take(folders[i], lock);
+        if (vw_folder_is_same(folder, folders[i])) status = vw_out_lock_take(folders[i], lock);
     free(folder);
     return status;
 }

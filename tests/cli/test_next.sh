@@ -47,14 +47,14 @@ made() { run "$program" next "$out" "$@" --device llvmpipe --quiet; }
 sums_hold() { (cd "$out" && sha256sum --check --quiet SHA256SUMS) && run "$program" verify "$out" --device llvmpipe --quiet; }
 rm "$out"/next*
 cp "$out/report.html" "$folder/report.html"
-printf mine >"$out/next_04.png"
+printf mine >"$out/next_05.png"
 check "places around the cameras" made --count 3 --json
 check "are written, with what was printed" answers "j -> '\$.proposals' =
     (SELECT CAST(readfile('$folder/stdout') AS TEXT) -> '\$.proposals') AND json_array_length(j, '\$.proposals') = 3
     AND j ->> '\$.proposals[2].render' = 'next_03.png'
     AND json_array_length(j, '\$.proposals[0].reasons') > 0" sqlite3 :memory: "SELECT json(CAST(readfile('$out/next.json') AS TEXT))"
 check "with a picture each" test "$(head -qc 8 "$out"/next_0[123].png | grep -ac PNG)" = 3
-check "and no other file is touched" test "$(cat "$out/next_04.png")" = mine
+check "and no other file is touched" test "$(cat "$out/next_05.png")" = mine
 check "nor the list of results" sums_hold
 cp -r "$out" "$folder/first"
 check "again" made --count 3
@@ -69,6 +69,15 @@ check "with their size, focal length and reason" answers "j ->> '\$.frames[4].w'
 check "a pyramid each" grep -qx 'element vertex 10' "$folder/to.ply"
 check "the first is yellow, the last violet" test "$(sed '1,/^end_header$/d' "$folder/to.ply" | sed -n '1p;10p' | cut -d' ' -f4- |
     xargs)" = "253 231 37 68 1 84"
+check "where poses cannot be written, it fails" eval 'made --count 5 && cp -r "$out" "$folder/before" &&
+    fails 1 nodir "$program" next "$out" --to "$folder/nodir/x.json" --device llvmpipe --quiet'
+check "and touches nothing" diff -r "$out" "$folder/before"
+rm "$out/next.json"
+check "the name of a file of OUT is refused" refuses '--to .*next.json: commands write' --to "$out/../run/next.json"
+check "and not made" test ! -e "$out/next.json"
+check "nor do pictures stay whose list is gone" eval 'made --count 2 &&
+    test "$(cd "$out" && echo next*)" = "next.json next_01.png next_02.png"'
+check "a camera model that all frames share" answers "j ->> '\$.camera_model' = 'OPENCV'" cat "$folder/to.json"
 check "an existing file is refused" refuses '--to .*to.json: exists' --to "$folder/to.json"
 check "so is another ending" refuses '--to .*must end in .ply or .json' --to "$folder/to.csv"
 check "the report stays until it is made again" cmp "$out/report.html" "$folder/report.html"

@@ -64,10 +64,9 @@ static void on_walk(uint32_t number, double position[3], double target[3]) {
     target[2] = -0.5;
 }
 
-// Round a table, above its top.
 static void over_table(uint32_t number, double position[3], double target[3]) {
     double angle = 2 * M_PI * number / CAMERAS;
-    position[0] = 2.2 * cos(angle);
+    position[0] = 2.2 * cos(angle); // round the table, above its top
     position[1] = 2.2 * sin(angle);
     position[2] = number % 2 ? 2 : 0.6;
     for (int i = 0; i < 3; i++) target[i] = 0;

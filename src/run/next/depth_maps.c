@@ -9,7 +9,7 @@
 #include "scene/camera_path.h"
 
 static const double NEAREST_SHARE = 0.05, BEHIND_MOST = 1.1;
-static const double SIDE_COSINE_LEAST = 0.5; // of 60 degrees between two rays to a point
+static const double SIDE_COSINE_LEAST = 0.5; // two rays to a point, at most 60 degrees apart
 
 static struct vw_view small_pose(const struct vw_view *pose) {
     struct vw_view small = {.camera = vw_camera_resized(&pose->camera, VW_DEPTH_MAP_WIDTH_PX, VW_DEPTH_MAP_HEIGHT_PX),

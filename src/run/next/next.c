@@ -7,7 +7,7 @@
 #include "run/next/make_candidates.h"
 #include "run/next/proposal_files.h"
 #include "run/next/reasons.h"
-#include "run/recorded/export_scene.h"
+#include "run/out_folder.h"
 #include "run/recorded/rendering.h"
 #include "train/trainer.h"
 
@@ -142,7 +142,7 @@ enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next 
     struct vw_out_lock *lock = NULL;
     *next = (struct vw_next){0};
     enum vw_status status = vw_candidate_score_find(params->method, &score);
-    if (!status) status = vw_export_check_target("to", params->to, true);
+    if (!status) status = vw_out_check_target("to", params->to, params->out, true);
     if (!status) status = vw_rendering_lock(params->out, NULL, &lock);
     if (!status) next->method = score->name;
     if (!status) status = make_locked(params, score, next);

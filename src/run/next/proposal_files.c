@@ -8,7 +8,6 @@
 
 #include "base/csv.h"
 #include "base/file.h"
-#include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "image/image.h"
@@ -47,37 +46,22 @@ static enum vw_status render_proposal(const struct vw_proposal_files *files, uin
     return status;
 }
 
-// Counts the proposals of an earlier call; 0 without a list of them that can be read.
-static uint32_t count_earlier(const char *out) {
-    json_error_t error;
-    void *text = NULL;
-    size_t size_bytes = 0;
-    if (!vw_file_exists_inside(out, VW_NEXT_FILE) ||
-        vw_file_read_inside(out, VW_NEXT_FILE, VW_NEXT_LIMIT_BYTES, &text, &size_bytes))
-        return 0;
-    json_t *list = vw_json_load(text, size_bytes, 0, &error);
-    size_t count = json_array_size(json_object_get(list, "proposals"));
-    json_decref(list);
-    free(text);
-    return count < VW_CAMERA_PATH_FRAMES_MOST ? (uint32_t)count : VW_CAMERA_PATH_FRAMES_MOST;
+// Removes next.json of an earlier call.
+static enum vw_status remove_list(const char *list) {
+    if (!unlink(list) || errno == ENOENT) return VW_OK;
+    return vw_fail(VW_ERROR_IO, "%s: cannot remove: %s", list, strerror(errno));
 }
 
-// Removes next.json, and the renders of its proposals beyond so many.
-static enum vw_status remove_earlier(const char *out, uint32_t proposal_count) {
-    uint32_t earlier = count_earlier(out);
-    char *list = vw_path_join(out, VW_NEXT_FILE);
-    if (!list) return VW_ERROR_MEMORY;
-    enum vw_status status = unlink(list) == 0 || errno == ENOENT
-                                ? VW_OK
-                                : vw_fail(VW_ERROR_IO, "%s: cannot remove: %s", list, strerror(errno));
-    free(list);
-    for (uint32_t place = proposal_count; place < earlier && !status; place++) {
-        char *path = name_render(out, place);
-        if (path) (void)unlink(path);
-        else status = VW_ERROR_MEMORY;
+// Removes the renders of an earlier call beyond those of this one.
+static enum vw_status remove_rest(const struct vw_proposal_files *files) {
+    bool removed = true;
+    for (uint32_t place = files->next->proposal_count; removed; place++) {
+        char *path = name_render(files->out, place);
+        if (!path) return VW_ERROR_MEMORY;
+        removed = !unlink(path);
         free(path);
     }
-    return status;
+    return VW_OK;
 }
 
 // ---- Poses for other programs --------------------------------------------------------------------------------------
@@ -94,6 +78,7 @@ static json_t *frame_to_json(const struct vw_proposal_files *files, uint32_t pla
 static enum vw_status write_transforms(const struct vw_proposal_files *files) {
     json_t *file = json_object(), *frames = json_array();
     for (uint32_t k = 0; k < files->next->proposal_count; k++) vw_json_append(&frames, frame_to_json(files, k));
+    vw_json_set(&file, "camera_model", json_string("OPENCV"));
     vw_json_set(&file, "frames", frames);
     return vw_json_write_file(files->to, file);
 }
@@ -112,12 +97,17 @@ static enum vw_status write_pyramids(const struct vw_proposal_files *files) {
     return status;
 }
 
+static enum vw_status write_poses(const struct vw_proposal_files *files) {
+    if (!files->to) return VW_OK;
+    return vw_path_ends_with(files->to, ".ply") ? write_pyramids(files) : write_transforms(files);
+}
+
 enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files) {
     char *list = vw_path_join(files->out, VW_NEXT_FILE);
-    enum vw_status status = list ? remove_earlier(files->out, files->next->proposal_count) : VW_ERROR_MEMORY;
+    enum vw_status status = list ? write_poses(files) : VW_ERROR_MEMORY;
+    if (!status) status = remove_list(list);
     for (uint32_t k = 0; k < files->next->proposal_count && !status; k++) status = render_proposal(files, k);
-    if (!status && files->to)
-        status = vw_path_ends_with(files->to, ".ply") ? write_pyramids(files) : write_transforms(files);
+    if (!status) status = remove_rest(files);
     if (!status) status = vw_json_write_file(list, vw_proposals_to_json(files->next));
     free(list);
     return status;

@@ -10,15 +10,17 @@ enum { VW_NEXT_RENDER_WIDTH_MOST_PX = 480 };
 
 struct vw_proposal_files { // all borrowed
     const char *out;
-    const char
-        *to; // .json: a transforms.json; .ply: cameras as pyramids, the first yellow, the last violet; NULL: none
+    // .json: a transforms.json of poses, its file_path the name of the render in OUT, its sizes those of the run's
+    // photos; .ply: cameras as pyramids, the first yellow, the last violet; NULL: none
+    const char *to;
     const struct vw_scene *scene;
     struct vw_trainer *trainer; // holds the field
     const struct vw_next *next;
 };
 
-// Replaces those of an earlier call: takes next.json away, writes what each pose would see, and next.json last. So a
-// killed call leaves none that is of other renders. An effect that sees photos sees a pose by its nearest photo.
+// Writes `to`, then replaces what an earlier call left in OUT: removes next.json, writes what each pose would see,
+// removes further renders, and writes next.json last. So a killed call leaves none that is of other renders. An effect
+// that sees photos sees a pose by its nearest photo.
 enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files);
 
 #endif

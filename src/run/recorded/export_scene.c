@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "run/out_folder.h"
 #include "run/out_lock.h"
 #include "run/recorded/recorded_run.h"
 #include "scene/formats/cameras_ply.h"
@@ -21,14 +22,6 @@ struct export {
     double *scores;                    // owned, by view; NaN: the photo is not valued
     const char *method;
 };
-
-enum vw_status vw_export_check_target(const char *option, const char *path, bool json) {
-    if (!path) return VW_OK;
-    if (!vw_path_ends_with(path, ".ply") && !(json && vw_path_ends_with(path, ".json")))
-        return vw_fail(VW_ERROR_USAGE, "--%s %s: the name must end in .ply%s", option, path, json ? " or .json" : "");
-    if (!vw_file_exists(path) && !vw_folder_exists(path)) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "--%s %s: exists; name a new file, or remove that one", option, path);
-}
 
 // ---- Colours -------------------------------------------------------------------------------------------------------
 
@@ -114,8 +107,8 @@ static enum vw_status write_locked(const struct vw_export_params *params, struct
 
 enum vw_status vw_export_scene(const struct vw_export_params *params, struct vw_export *exported) {
     struct vw_out_lock *lock = NULL;
-    enum vw_status status = vw_export_check_target("cameras", params->cameras, true);
-    if (!status) status = vw_export_check_target("points", params->points, false);
+    enum vw_status status = vw_out_check_target("cameras", params->cameras, params->out, true);
+    if (!status) status = vw_out_check_target("points", params->points, params->out, false);
     if (!status && !params->cameras && !params->points)
         status = vw_fail(VW_ERROR_USAGE, "export: give --cameras FILE, --points FILE or both");
     if (!status && params->cameras) status = vw_out_lock_take_for(params->cameras, &params->out, 1, &lock);

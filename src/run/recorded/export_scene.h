@@ -23,8 +23,4 @@ struct vw_export {
 // without any.
 enum vw_status vw_export_scene(const struct vw_export_params *params, struct vw_export *exported);
 
-// Refuses the name of a file to write, as an option gives it, unless it ends in .ply, or in .json if `json`, and is not
-// there yet. NULL is fine.
-enum vw_status vw_export_check_target(const char *option, const char *path, bool json);
-
 #endif
