@@ -62,8 +62,8 @@ const struct vw_option vw_option_table[] = {
     {"to", "PATH",
      "File to write: the photo list of select, the image of render (.png or .exr, default "
      "OUT/render_VIEW.png) or its folder of frames (default OUT/frames), the page of report (default report.html in "
-     "the first OUT), or the places of next: as pyramids (.ply), or as a transforms file (.json) of poses without photos, in the "
-     "sizes after --downscale, whose file_path names the render in OUT",
+     "the first OUT), or the places of next: as pyramids (.ply), or as a transforms file (.json) of poses without "
+     "photos, in sizes after --downscale, whose file_path names the render in OUT",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, to),
      COMMON},
     {"copy", "DIR",
@@ -103,7 +103,8 @@ const struct vw_option vw_option_table[] = {
     {"count", "N", "Number of places to propose", VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(COUNT, proposals),
      RANGE(1, VW_CAMERA_PATH_FRAMES_MOST), COMMON},
     {"among", "FILE",
-     "Poses to choose among: a transforms.json, or a camera path of nerfstudio, in coordinates of the scene",
+     "Poses to choose among: a transforms.json, or a camera path of nerfstudio, in coordinates of the scene. All are "
+     "candidates, also copies of photos and poses inside matter",
      VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, among), COMMON, DEFAULT("places around the cameras")},
     {"verify", NULL,
      "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
@@ -142,10 +143,12 @@ const struct vw_option vw_option_table[] = {
     {"scores", "OUT",
      "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
-    {"method", "NAME", "Scoring method that decides which photos are kept, or which places are proposed",
+    {"method", "NAME",
+     "Scoring method that decides which photos are kept; of next, which places are proposed: farthest, coverage, "
+     "nearest-error, fisher, farthest-error or spread",
      VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
      DEFAULT("worth_psnr, lasting_psnr or dv_psnr, the first that there is; of without-outliers train_fit, dv_psnr "
-             "and dv_loss")},
+             "and dv_loss; of next farthest")},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",

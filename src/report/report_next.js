@@ -3,7 +3,9 @@
 
 const PLACE_PX = 18, PLACE_OPENING = .45; // length of a pyramid, and its half width as a share of that
 const PLACE_COLOUR = PALETTE[3];
-const MAP_AXES = {'Cameras from above': 'across', 'Cameras from the side': 'up'}; // the upward axis, by what a map is called
+const EXTENT_MOST = 3; // by that of cameras and points; farther places are drawn at the edge
+const UPWARD = {'map-above': 'across', 'map-side': 'up'}; // the upward axis, by the id of a map
+const upwardOf = chart => UPWARD[chart.canvas.closest('[id]').id];
 
 // Places the proposals of a run along the axes of its map.
 function placesOf(one) {
@@ -29,34 +31,35 @@ function drawPlace(pen, number, [x, y], [toX, toY]) {
   pen.fillText(number, x - 9 * toX, y + 9 * toY);
 }
 
-Chart.register({id: 'places', beforeInit(chart) { // the map grows until it holds all places
-  const places = placesOf(run()), {scales} = chart.config.options, y = MAP_AXES[chart.canvas.getAttribute('aria-label')];
+Chart.register({id: 'places', beforeInit(chart) { // the map grows until all places are on it
+  const places = placesOf(run()), {scales} = chart.config.options, y = upwardOf(chart);
   if (!y || !places.length) return;
   const {middle, half} = layoutOf(run()), reach = axis => Math.max(...places.map(({at}) => Math.abs(at[axis] - middle[axis])));
-  const wide = Math.max(half, 1.08 * Math.max(...['level', 'across', 'up'].map(reach)));
+  const wide = Math.min(EXTENT_MOST * half, Math.max(half, 1.08 * Math.max(...['level', 'across', 'up'].map(reach))));
   Object.assign(scales.x, {min: middle.level - wide, max: middle.level + wide});
   Object.assign(scales.y, {min: middle[y] - wide, max: middle[y] + wide});
 }, afterDatasetsDraw(chart) {
-  const pen = chart.ctx, {x, y} = chart.scales, up = MAP_AXES[chart.canvas.getAttribute('aria-label')];
+  const pen = chart.ctx, {x, y} = chart.scales, {left, right, top, bottom} = chart.chartArea, up = upwardOf(chart);
+  const within = (pixel, least, most) => Math.min(Math.max(pixel, least), most);
   if (!up) return;
   pen.save();
   pen.font = 'bold 12px sans-serif';
   placesOf(run()).forEach(({at, to}, i) =>
-    drawPlace(pen, String(i + 1), [x.getPixelForValue(at.level), y.getPixelForValue(at[up])], [to.level, to[up]]));
+    drawPlace(pen, String(i + 1), [within(x.getPixelForValue(at.level), left, right), within(y.getPixelForValue(at[up]), top, bottom)],
+      [to.level, to[up]]));
   pen.restore();
 }});
 
 function placesTable({next}) {
-  return plainTable(['', 'why', 'nearest photo', 'distance', 'photos that see it', 'position'], next.proposals.map((place, i) => [
-    String(i + 1), place.reasons.join(', '), withoutFolder(place.nearest), short(place.distance), short(place.seen_by),
-    place.position.map(short).join(' ')]), [0, 3, 4]);
+  return plainTable(['', 'why', 'distance', 'photos that see it', 'from the nearest photo'], next.proposals.map((place, i) => [
+    String(i + 1), place.reasons.join(', '), short(place.distance), short(place.seen_by), place.move]), [0, 2, 3]);
 }
 
 function showPlaces() {
   const planned = runs.filter(one => one.next && one.next.proposals.length);
   if (!planned.length) return;
   byId('distribution').before(element('section', {id: 'next'}, element('h2', {}, 'Places for the next photos'),
-    element('p', {class: 'quiet'}, 'Proposed by viewworth next, the most valuable first: numbered pyramids on the map. A distance ' +
+    element('p', {class: 'quiet'}, 'Proposed by viewworth next, in this order: numbered pyramids on the map. A distance, also of a step, ' +
       'of 1 is usual between neighbouring photos. The photos that see it are the median over what a photo from there would show.'),
     ...planned.flatMap(one => [...(runs.length > 1 ? [element('h3', {}, nameOfRun(one))] : []), placesTable(one)])));
   redrawCharts(); // some are older than this script

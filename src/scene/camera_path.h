@@ -40,8 +40,8 @@ enum vw_status vw_camera_path_make(const struct vw_scene *scene, const char *nam
 bool vw_camera_path_is(const char *name); // one of these
 
 // Reads the frames of a file: camera_path of nerfstudio (camera_to_world, fov, render_width, render_height), or frames
-// of a transforms.json, without their lenses. Coordinates are the scene's. A transforms file without w and h is of the
-// size of `view`. VW_ERROR_INPUT names the field.
+// of a transforms.json, without their lenses. Coordinates are the scene's. A transforms file without w and h, or
+// without a focal length, has those of `view`. VW_ERROR_INPUT names the field.
 enum vw_status vw_camera_path_read(const struct vw_scene *scene, const char *file, uint32_t view,
                                    struct vw_camera_path *path);
 // Makes one frame of the 12 or 16 numbers of camera_to_world, rows first, with spaces or commas between. `where` begins

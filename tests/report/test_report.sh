@@ -120,6 +120,9 @@ check "places of another scene" planned 'is of another scene' "json_set(j, '\$.s
 check "places that are none" planned 'proposals: is not a list' "json_set(j, '\$.proposals', 7)"
 check "a place that is text" planned 'proposal 1: position: ' "json_set(j, '\$.proposals[0].position', '<img>')"
 check "one whose number is none" planned 'proposal 2: position: ' "json_set(j, '\$.proposals[1].position[2]', null)"
+check "one beyond the world" planned 'proposal 2: position: ' "json_set(j, '\$.proposals[1].position[2]', 1e13)"
+check "a direction that is no unit vector" planned 'proposal 1: direction: ' "json_set(j, '\$.proposals[0].direction[2]', -1.2)"
+check "a move that is a number" planned 'proposal 1: move: ' "json_set(j, '\$.proposals[0].move', 7)"
 check "half a direction" planned 'proposal 1: direction: ' "json_remove(j, '\$.proposals[0].direction[2]')"
 check "an unknown reason" planned 'proposal 1: reasons: ' "json_set(j, '\$.proposals[0].reasons[0]', '<img>')"
 check "a photo that is a number" planned 'proposal 1: nearest: ' "json_set(j, '\$.proposals[0].nearest', 7)"
@@ -128,8 +131,8 @@ check "a count that is none" planned 'proposal 1: seen_by: ' "json_remove(j, '\$
 check "places that are no JSON" planned 'line [0-9]+: ' "'{'"
 rm "$folder/edited_plan/next.json" && ln -s ../planned/next.json "$folder/edited_plan/next.json"
 check "places that are a link" refuses 'edited_plan/next.json: is reached through a link' "$folder/edited_plan"
-sqlite3 :memory: "SELECT json_set(j, '\$.proposals[0].nearest', '<img src=x onerror=\"window.broken = 7\">',
-    '\$.proposals[1].position[0]', 1e308, '\$.proposals[2].direction[0]', -1e308)
+sqlite3 :memory: "SELECT json_set(j, '\$.proposals[0].move', '<img src=x onerror=\"window.broken = 7\">',
+    '\$.proposals[1].position[0]', 1e12)
     FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" >"$folder/next.json"
 rm "$folder/edited_plan/next.json" && mv "$folder/next.json" "$folder/edited_plan/next.json"
 check "hostile texts and numbers are data" report "$folder/edited_plan"

@@ -42,6 +42,22 @@ TEST(a_batch_is_picked_one_after_another) {
     ASSERT_FAILS(vw_next_candidates_pick(&made_up, NULL, NULL, 3, 1, picks, gains, first), VW_ERROR_USAGE, "four");
 }
 
+static enum vw_status begin_with_nan(const struct vw_known_views *known, const struct vw_candidate *candidates,
+                                     uint32_t count, void **state) {
+    enum vw_status status = begin_worth(known, candidates, count, state);
+    worth[0] = worth[2] = NAN;
+    return status;
+}
+
+TEST(a_gain_that_is_no_number_is_picked_last) {
+    struct vw_candidate_score score = made_up;
+    uint32_t picks[4];
+    double gains[4], first[4];
+    score.create = begin_with_nan;
+    ASSERT_OK(vw_next_candidates_pick(&score, NULL, NULL, 4, 4, picks, gains, first));
+    assert_memory_equal(picks, ((uint32_t[]){1, 3, 0, 2}), sizeof picks);
+}
+
 TEST(a_score_is_found_by_its_name) {
     const struct vw_candidate_score *score = NULL;
     ASSERT_OK(vw_candidate_score_find("coverage", &score));
@@ -70,14 +86,13 @@ static struct bench make_bench(void) {
                                           .val_views = val_views,
                                           .val_mse = val_mse,
                                           .val_count = 2};
+    ASSERT_OK(vw_view_scales_find(bench.scene, &bench.known.scales));
     for (uint32_t i = 0; i < 4; i++) bench.candidates[i].pose = bench.scene->views[i < 3 ? i + 2 : 0];
     return bench;
 }
 
 static double apart(const struct bench *bench, uint32_t view, uint32_t candidate) {
-    struct vw_view_scales scales;
-    ASSERT_OK(vw_view_scales_find(bench->scene, &scales));
-    return vw_view_apart(&scales, &bench->scene->views[view], &bench->candidates[candidate].pose);
+    return vw_view_apart(&bench->known.scales, &bench->scene->views[view], &bench->candidates[candidate].pose);
 }
 
 TEST(farthest_is_the_distance_to_the_nearest_view) {
@@ -128,16 +143,16 @@ TEST(farthest_error_weighs_by_the_error_there) {
 
 TEST(spread_shortens_the_mean_distance) {
     struct bench bench = make_bench();
-    struct vw_view_scales scales;
     void *made = NULL;
-    ASSERT_OK(vw_view_scales_find(bench.scene, &scales));
     ASSERT_OK(vw_score_spread.create(&bench.known, bench.candidates, 4, &made));
     for (uint32_t pick = 0; pick < 4; pick++) {
         double before = 0, after = 0;
         for (uint32_t i = 0; i < 4; i++) {
             double least = fmin(apart(&bench, 0, i), apart(&bench, 1, i));
             before += least / 4;
-            after += fmin(least, vw_view_apart(&scales, &bench.candidates[pick].pose, &bench.candidates[i].pose)) / 4;
+            after += fmin(least,
+                          vw_view_apart(&bench.known.scales, &bench.candidates[pick].pose, &bench.candidates[i].pose)) /
+                     4;
         }
         assert_near(vw_score_spread.gain(made, pick), before - after, 1e-12);
     }

@@ -9,6 +9,7 @@
 #include "base/statistics.h"
 #include "run/next/candidate_poses.h"
 #include "run/next/make_candidates.h"
+#include "run/next/move.h"
 #include "run/next/reasons.h"
 #include "scene/camera_path.h"
 
@@ -137,11 +138,12 @@ struct known {
     struct vw_scene scene;
     struct vw_view views[CAMERAS];
     uint32_t list[CAMERAS];
+    struct vw_view_scales scales;
     struct vw_depth_map *maps;
     struct vw_candidate_params params;
 };
 
-static struct known *know(const struct world *world) {
+static struct known *make_known(const struct world *world) {
     const double up[3] = {0, 0, 1};
     struct known *known = vw_allocate(1, sizeof *known);
     known->scene = (struct vw_scene){.path = (char *)world->name,
@@ -164,7 +166,9 @@ static struct known *know(const struct world *world) {
             assert_true(vw_camera_look_at(position, target, (double[]){0, 1, 0}, known->views[v].camera_to_world));
         else assert_true(vw_camera_look_at(position, target, up, known->views[v].camera_to_world));
     }
+    ASSERT_OK(vw_view_scales_find(&known->scene, &known->scales));
     known->params = (struct vw_candidate_params){.scene = &known->scene,
+                                                 .scales = &known->scales,
                                                  .views = known->list,
                                                  .count = CAMERAS,
                                                  .depths = {render, (void *)world},
@@ -174,7 +178,7 @@ static struct known *know(const struct world *world) {
     return known;
 }
 
-static void forget(struct known *known) {
+static void free_known(struct known *known) {
     free(known->maps);
     free(known);
 }
@@ -242,11 +246,9 @@ static void assert_sees(const struct world *world, const struct known *known, co
 TEST(places_are_new_clear_of_matter_and_see_what_photos_see) {
     for (size_t w = 0; w < VW_ARRAY_COUNT(worlds); w++) {
         const struct world *world = &worlds[w];
-        struct known *known = know(world);
+        struct known *known = make_known(world);
         struct vw_candidate *candidates = NULL;
-        struct vw_view_scales scales;
         uint32_t count = 0;
-        ASSERT_OK(vw_view_scales_find(&known->scene, &scales));
         ASSERT_OK(vw_next_candidates_make(&known->params, &candidates, &count));
         print_message("%s: %u places\n", world->name, count);
         assert_in_range(count, 50, 400);
@@ -258,10 +260,10 @@ TEST(places_are_new_clear_of_matter_and_see_what_photos_see) {
                 if (between(pose, known->views[v].camera_to_world) <
                     between(pose, known->views[nearest].camera_to_world))
                     nearest = v;
-                assert_true(vw_view_apart(&scales, &candidates[c].pose, &known->views[v]) >= 0.25);
+                assert_true(vw_view_apart(&known->scales, &candidates[c].pose, &known->views[v]) >= 0.25);
             }
             double away = between(pose, known->views[nearest].camera_to_world);
-            assert_true(away <= 2 * scales.between_world * 1.000001);
+            assert_true(away <= 2 * known->scales.between_world * 1.000001);
             assert_free(world, known, position);
             assert_sees(world, known, &candidates[c].pose, &known->maps[nearest]);
             assert_int_equal(candidates[c].pose.camera.width_px, 64);
@@ -269,12 +271,12 @@ TEST(places_are_new_clear_of_matter_and_see_what_photos_see) {
             assert_near(candidates[c].pose.camera.k1, 0, 0);
         }
         vw_next_candidates_free(&candidates, count);
-        forget(known);
+        free_known(known);
     }
 }
 
 TEST(a_seed_gives_the_same_places) {
-    struct known *known = know(&worlds[0]);
+    struct known *known = make_known(&worlds[0]);
     struct vw_candidate *first = NULL, *second = NULL, *other = NULL;
     uint32_t first_count = 0, second_count = 0, other_count = 0;
     ASSERT_OK(vw_next_candidates_make(&known->params, &first, &first_count));
@@ -290,18 +292,16 @@ TEST(a_seed_gives_the_same_places) {
     vw_next_candidates_free(&first, first_count);
     vw_next_candidates_free(&second, second_count);
     vw_next_candidates_free(&other, other_count);
-    forget(known);
+    free_known(known);
 }
 
 TEST(half_of_the_poses_lie_between_cameras_and_some_look_at_targets) {
-    struct known *known = know(&worlds[0]);
+    struct known *known = make_known(&worlds[0]);
     struct vw_pose_base bases[CAMERAS] = {0};
-    struct vw_view_scales scales;
     uint32_t inside = 0, at_target = 0;
-    ASSERT_OK(vw_view_scales_find(&known->scene, &scales));
     for (uint32_t v = 0; v < CAMERAS; v++)
         bases[v] = (struct vw_pose_base){.view = v, .target_count = 1, .targets_world = {{0, 0, -0.5}}};
-    const struct vw_pose_bases all = {&known->scene, &scales, bases, CAMERAS, SEED};
+    const struct vw_pose_bases all = {&known->scene, &known->scales, bases, CAMERAS, SEED};
     for (uint32_t n = 0; n < 40 * CAMERAS; n++) {
         double pose[3][4], place[3], off_focus = 0, off_target = 0;
         assert_true(vw_pose_draw(&all, n % CAMERAS, n / CAMERAS, pose));
@@ -315,12 +315,12 @@ TEST(half_of_the_poses_lie_between_cameras_and_some_look_at_targets) {
     }
     assert_int_equal(at_target, 10 * CAMERAS);
     assert_true(inside >= 20 * CAMERAS);
-    forget(known);
+    free_known(known);
 }
 
 TEST(maps_know_their_surface_and_who_sees_it) {
     const struct world *world = &worlds[0];
-    struct known *known = know(world);
+    struct known *known = make_known(world);
     for (uint32_t v = 0; v < CAMERAS; v++) {
         struct vw_sight sight;
         uint32_t seen = 0;
@@ -346,18 +346,18 @@ TEST(maps_know_their_surface_and_who_sees_it) {
     assert_false(vw_depth_map_sees(&known->maps[1], &away));
     assert_false(vw_depth_map_sees(&known->maps[1], &inside)); // its other side
     assert_int_equal(vw_depth_maps_count_seeing(known->maps, CAMERAS, &before, 2), 2);
-    forget(known);
+    free_known(known);
 }
 
 TEST(a_world_without_matter_has_no_places) {
     const struct world empty = {.name = "empty", .place = on_ring};
-    struct known *known = know(&empty);
+    struct known *known = make_known(&empty);
     struct vw_candidate *candidates = NULL;
     uint32_t count = 0;
     assert_int_equal(vw_next_candidates_make(&known->params, &candidates, &count), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "empty: no place"));
     assert_null(candidates);
-    forget(known);
+    free_known(known);
 }
 
 TEST(reasons_follow_from_photos_and_errors) {
@@ -369,37 +369,75 @@ TEST(reasons_follow_from_photos_and_errors) {
         {{2.9, -0.6, 0.5}, {0, 0, 0}, 1u << VW_BETWEEN_PHOTOS},
         {{-2.9, 0.6, 0.5}, {0, 0, 0}, 1u << VW_HIGH_ERROR},
         {{7, -1, 4}, {0, 0, 0}, 1u << VW_EXTRAPOLATES}, // through a long lens
-        // Away from all: camera 12, across, looks in a like direction.
-        {{2.9, -0.6, 0.5}, {9, -2, -0.5}, 1u << VW_EXTRAPOLATES | 1u << VW_SEEN_BY_FEW | 1u << VW_HIGH_ERROR},
+        // Away from all: camera 12, across, looks in a like direction, but is too far.
+        {{2.9, -0.6, 0.5}, {9, -2, -0.5}, 1u << VW_EXTRAPOLATES | 1u << VW_SEEN_BY_FEW},
+        {{2.9, -0.6, 0.5}, {9, -2, 9}, 1u << VW_EXTRAPOLATES | 1u << VW_SEES_NOTHING},
+        {{4.4, -0.9, 0.5}, {0, 0, 0}, 0}, // farther than usual, and seen
     };
-    const uint32_t val_views[2] = {0, 12};
-    const double val_mse[2] = {0.01, 0.02};
-    struct known *known = know(&worlds[0]);
+    const uint32_t val_views[3] = {0, 12, 6};
+    const double val_mse[3] = {0.01, 0.02, 0.015};
+    struct known *known = make_known(&worlds[0]);
     struct vw_candidate candidates[VW_ARRAY_COUNT(places)] = {0};
     struct vw_proposal proposals[VW_ARRAY_COUNT(places)] = {0};
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) {
         struct vw_camera *camera = &candidates[p].pose.camera;
         *camera = vw_camera_pinhole(&known->views[0].camera);
-        if (p == 2) camera->focal_x_px = camera->focal_y_px = 250;
+        if (p == 2 || p == 5) camera->focal_x_px = camera->focal_y_px = 250;
         assert_true(vw_camera_look_at(places[p].position, places[p].target, up, candidates[p].pose.camera_to_world));
         proposals[p].candidate = p;
     }
-    const struct vw_known_views views = {.scene = &known->scene,
-                                         .views = known->list,
-                                         .count = CAMERAS,
-                                         .val_views = val_views,
-                                         .val_mse = val_mse,
-                                         .val_count = 2};
+    struct vw_known_views views = {.scene = &known->scene,
+                                   .scales = known->scales,
+                                   .views = known->list,
+                                   .count = CAMERAS,
+                                   .val_views = val_views,
+                                   .val_mse = val_mse,
+                                   .val_count = 3};
     struct vw_next next = {.candidates = candidates,
-                           .candidate_count = 4,
+                           .candidate_count = VW_ARRAY_COUNT(places),
                            .proposals = proposals,
                            .proposal_count = VW_ARRAY_COUNT(places)};
-    ASSERT_OK(vw_next_explain(&views, known->maps, &known->params.depths, &next));
+    ASSERT_OK(vw_next_find_reasons(&views, known->maps, &known->params.depths, &next));
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) assert_int_equal(proposals[p].reasons, places[p].reasons);
     assert_int_equal(proposals[0].nearest_view, 23);
     assert_int_equal(proposals[1].nearest_view, 11);
     assert_true(proposals[0].seen_by > 2 * proposals[3].seen_by);
-    forget(known);
+    for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) proposals[p].reasons = 0;
+    views.val_count = 2; // too few for a median
+    ASSERT_OK(vw_next_find_reasons(&views, known->maps, &known->params.depths, &next));
+    assert_int_equal(proposals[1].reasons, 1u << VW_BETWEEN_PHOTOS);
+    free_known(known);
+}
+
+TEST(a_move_is_along_the_axes_of_the_nearest_photo) {
+    const double steps[3] = {0.4, -0.2, -0.1}, left = 40 * M_PI / 180, down = 20 * M_PI / 180;
+    const double back[3] = {sin(left) * cos(down), sin(down), cos(left) * cos(down)};
+    struct known *known = make_known(&worlds[0]);
+    const struct vw_known_views views = {
+        .scene = &known->scene, .scales = known->scales, .views = known->list, .count = CAMERAS};
+    double usual_world = known->scales.between_world * known->scales.typical;
+    known->views[7].name = (char *)"set/view_007";
+    struct vw_view pose = known->views[7];
+    char *same = vw_next_describe_move(&views, &pose);
+    assert_string_equal(same, "view_007: the same place");
+    free(same);
+    for (int i = 0; i < 3; i++) {
+        const double *row = known->views[7].camera_to_world[i];
+        pose.camera_to_world[i][3] += usual_world * dot(row, steps);
+        pose.camera_to_world[i][2] = dot(row, back);
+    }
+    char *move = vw_next_describe_move(&views, &pose);
+    assert_string_equal(move, "view_007: 0.4 right, 0.2 down, 0.1 forward; turn 40 deg left, 20 deg down");
+    free(move);
+    free_known(known);
+}
+
+TEST(portraits_have_the_lens_of_landscapes) {
+    struct vw_view views[] = {{.camera = {.width_px = 40, .height_px = 30, .focal_x_px = 30}},
+                              {.camera = {.width_px = 30, .height_px = 40, .focal_x_px = 31}},
+                              {.camera = {.width_px = 40, .height_px = 30, .focal_x_px = 32}}};
+    const struct vw_scene scene = {.views = views, .view_count = 3};
+    assert_int_equal(vw_usual_view(&scene, (uint32_t[]){0, 1, 2}, 3), 1);
 }
 
 TEST(words_of_reasons_are_known_and_joined) {

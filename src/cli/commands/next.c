@@ -1,4 +1,7 @@
 #include "run/next/next.h"
+
+#include <stdio.h>
+
 #include "base/json.h"
 #include "cli/commands/commands.h"
 #include "cli/output/print.h"
@@ -23,21 +26,17 @@ static json_t *to_json(const struct vw_options *options, const struct vw_next *n
 
 static void print_row(const struct vw_next *next, uint32_t place) {
     const struct vw_proposal *proposal = &next->proposals[place];
-    const struct vw_candidate *candidate = &next->candidates[proposal->candidate];
-    const double(*pose)[4] = candidate->pose.camera_to_world;
-    char reasons[128];
+    const char *name = next->candidates[proposal->candidate].name;
+    char reasons[128], seen_by[64];
     vw_next_print_reasons(proposal->reasons, reasons, sizeof reasons);
-    vw_print("%2u %9.3g  %8.3g %8.3g %8.3g  %5.2f %5.2f %5.2f  %5.1f  %7.0f  %-20s  %s%s%s\n", place + 1,
-             proposal->gain, pose[0][3], pose[1][3], pose[2][3], -pose[0][2], -pose[1][2], -pose[2][2], proposal->apart,
-             proposal->seen_by, proposal->nearest, reasons, candidate->name ? "  " : "",
-             candidate->name ? candidate->name : "");
+    snprintf(seen_by, sizeof seen_by, "%.0f of %u photos", proposal->seen_by, next->photo_count);
+    vw_print("%2u  %8.1f  %-16s  %-25s  %s%s%s\n", place + 1, proposal->apart, seen_by, reasons, proposal->move,
+             name ? "  " : "", name ? name : "");
 }
 
 static void print_text(const struct vw_options *options, const struct vw_next *next) {
-    vw_print("%u of %u places, the most valuable first by %s\n", next->proposal_count, next->candidate_count,
-             next->method);
-    vw_print(
-        " n      gain  position                    direction         distance seen by  nearest photo         why\n");
+    vw_print("%u of %u places, %s first\n", next->proposal_count, next->candidate_count, next->summary);
+    vw_print(" n  distance  seen by           why                        from the nearest photo\n");
     for (uint32_t k = 0; k < next->proposal_count; k++) print_row(next, k);
     vw_print("renders  %s/" VW_NEXT_RENDER_NAME " ...; viewworth report %s shows the places on its map\n",
              options->operand, 1u, options->operand);

@@ -19,22 +19,22 @@ struct mean_camera {
     double weights[MIXED], offset_world[3];
 };
 
-static double focal_share(const struct vw_pose_bases *known, uint32_t base) {
-    const struct vw_camera *camera = &known->scene->views[known->bases[base].view].camera;
-    return camera->focal_x_px / camera->width_px;
+static double focal_share(const struct vw_camera *camera) {
+    return camera->focal_x_px / fmax(camera->width_px, camera->height_px);
 }
 
-struct vw_camera vw_usual_camera(const struct vw_pose_bases *known) {
-    uint32_t usual = 0;
-    for (uint32_t i = 0; i < known->count; i++) {
+uint32_t vw_usual_view(const struct vw_scene *scene, const uint32_t *views, uint32_t count) {
+    uint32_t usual = views[0];
+    for (uint32_t i = 0; i < count; i++) {
         uint32_t below = 0;
-        for (uint32_t j = 0; j < known->count; j++) {
-            double difference = focal_share(known, j) - focal_share(known, i);
+        for (uint32_t j = 0; j < count; j++) {
+            double difference =
+                focal_share(&scene->views[views[j]].camera) - focal_share(&scene->views[views[i]].camera);
             below += difference < 0 || (difference == 0 && j < i);
         }
-        if (below == (known->count - 1) / 2) usual = i;
+        if (below == (count - 1) / 2) usual = views[i];
     }
-    return vw_camera_pinhole(&known->scene->views[known->bases[usual].view].camera);
+    return usual;
 }
 
 static const struct vw_view *view_of(const struct vw_pose_bases *known, uint32_t base) {

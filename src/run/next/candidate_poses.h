@@ -28,13 +28,13 @@ struct vw_pose_bases {
     uint64_t seed;
 };
 
-// Returns the camera of the photo whose focal length, as a share of its width, is in the middle, without its lens.
-struct vw_camera vw_usual_camera(const struct vw_pose_bases *known);
+// Returns the one of these views whose focal length, as a share of its longer side, is in the middle.
+uint32_t vw_usual_view(const struct vw_scene *scene, const uint32_t *views, uint32_t count);
 
 // Makes the draw-th pose of a known photo, without a camera and a range of depths. Half of them lie between its camera
 // and two of the six nearest ones: their mean with random weights. The others lie beside or beyond it: 0.5 to 2 usual
 // distances away in a random direction. A pose looks at what those cameras look at, in the same mean, a quarter of them
-// at one of the photo's targets; its up is theirs. Returns false where no camera can stand so.
+// at one of the photo's targets; its up is theirs. Returns false where no camera can be placed so.
 bool vw_pose_draw(const struct vw_pose_bases *known, uint32_t base, uint32_t draw, double camera_to_world[3][4]);
 
 #endif

@@ -1,5 +1,6 @@
 #include "run/next/candidate_scores.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,13 +24,16 @@ enum vw_status vw_candidate_score_find(const char *name, const struct vw_candida
     return vw_fail(VW_ERROR_USAGE, "--method %s: does not score places; one of these does: %s", name, names);
 }
 
+// Returns whether a gain is larger than another; NaN is the least.
+static bool is_larger(double gain, double other) { return gain > other || (isnan(other) && !isnan(gain)); }
+
 // Finds the best candidate that is left.
 static uint32_t find_best(const struct vw_candidate_score *score, const void *state, const bool *picked, uint32_t count,
                           double *best_gain) {
     uint32_t best = count;
     for (uint32_t i = 0; i < count; i++) {
         double gain = picked[i] ? 0 : score->gain(state, i);
-        if (picked[i] || (best < count && !(gain > *best_gain))) continue;
+        if (picked[i] || (best < count && !is_larger(gain, *best_gain))) continue;
         best = i;
         *best_gain = gain;
     }

@@ -4,14 +4,16 @@
 #define VIEWWORTH_RUN_NEXT_CANDIDATE_SCORES_H
 
 #include "run/next/candidates.h"
+#include "scene/view_distance.h"
 
 struct vw_trainer;
 
 // The sources of every score; all of them are borrowed, and outlive its state.
 struct vw_known_views {
     const struct vw_scene *scene;
-    struct vw_trainer *trainer; // holds the run's field and takes no steps
-    const uint32_t *views;      // photos trained on, scene indices
+    struct vw_view_scales scales; // units of distances between poses
+    struct vw_trainer *trainer;   // holds the run's field and takes no steps
+    const uint32_t *views;        // photos trained on, scene indices
     uint32_t count;
     const uint32_t *val_views; // validation photos, scene indices
     const double *val_mse;     // the field's error at each of them
@@ -38,8 +40,8 @@ extern const struct vw_candidate_score vw_score_farthest, vw_score_coverage, vw_
 enum vw_status vw_candidate_score_find(const char *name, const struct vw_candidate_score **score);
 
 // Picks `wanted` <= `count` candidates, one after another: always the one with the largest gain beside those picked
-// before, of equal ones the first. `gains` has what each gained then, and `first_gains`, by candidate, what each would
-// gain alone.
+// before, of equal ones the first; NaN is the least. `gains` has what each gained then, and `first_gains`, by
+// candidate, what each would gain alone.
 enum vw_status vw_next_candidates_pick(const struct vw_candidate_score *score, const struct vw_known_views *known,
                                        const struct vw_candidate *candidates, uint32_t count, uint32_t wanted,
                                        uint32_t *picks, double *gains, double *first_gains);

@@ -5,10 +5,10 @@
 #include "base/memory.h"
 #include "scene/camera_path.h"
 
-enum vw_status vw_next_candidates_read(const struct vw_scene *scene, const char *file, struct vw_candidate **candidates,
-                                       uint32_t *count) {
+enum vw_status vw_next_candidates_read(const struct vw_scene *scene, const char *file, uint32_t view,
+                                       struct vw_candidate **candidates, uint32_t *count) {
     struct vw_camera_path path = {0};
-    enum vw_status status = vw_camera_path_read(scene, file, 0, &path);
+    enum vw_status status = vw_camera_path_read(scene, file, view, &path);
     if (status) return status;
     *candidates = vw_allocate(path.count, sizeof **candidates);
     *count = *candidates ? path.count : 0;

@@ -10,10 +10,10 @@ struct vw_candidate {
     char *name;          // owned; of a pose from a file its file_path; NULL: none
 };
 
-// Reads the poses of a file (vw_camera_path_read() in scene/camera_path.h), which may lack a size: it is then that of
-// the scene's first photo. The caller frees them.
-enum vw_status vw_next_candidates_read(const struct vw_scene *scene, const char *file, struct vw_candidate **candidates,
-                                       uint32_t *count);
+// Reads the poses of a file (vw_camera_path_read() in scene/camera_path.h), which may lack a size or a focal length:
+// they are then those of `view`. The caller frees them.
+enum vw_status vw_next_candidates_read(const struct vw_scene *scene, const char *file, uint32_t view,
+                                       struct vw_candidate **candidates, uint32_t *count);
 void vw_next_candidates_free(struct vw_candidate **candidates, uint32_t count);
 
 #endif

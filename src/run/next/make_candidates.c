@@ -23,7 +23,6 @@ enum axis { RIGHT, UP, BACK, POSITION }; // columns of camera_to_world
 
 struct making {
     const struct vw_candidate_params *params;
-    struct vw_view_scales scales;
     struct vw_pose_bases known;
     struct vw_camera camera;
     double seen_least;         // pixels of a map
@@ -80,15 +79,15 @@ static enum vw_status find_seen_least(struct making *making) {
 static enum vw_status prepare(struct making *making) {
     const struct vw_candidate_params *params = making->params;
     struct vw_pose_base *bases = vw_allocate(params->count, sizeof *bases);
-    making->known = (struct vw_pose_bases){params->scene, &making->scales, bases, params->count, params->seed};
+    making->known = (struct vw_pose_bases){params->scene, params->scales, bases, params->count, params->seed};
     making->order = vw_allocate(params->count, sizeof *making->order);
     making->kept = vw_allocate(ENOUGH, sizeof *making->kept);
     enum vw_status status = bases && making->order && making->kept ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = vw_view_scales_find(params->scene, &making->scales);
     if (!status) status = find_seen_least(making);
     if (status) return status;
     for (uint32_t i = 0; i < params->count; i++) fill_base(params, i, &bases[i]);
-    making->camera = vw_usual_camera(&making->known);
+    uint32_t usual = vw_usual_view(params->scene, params->views, params->count);
+    making->camera = vw_camera_pinhole(&params->scene->views[usual].camera);
     vw_random_order(params->seed, 0, params->count, making->order);
     return VW_OK;
 }
@@ -117,7 +116,7 @@ static uint32_t find_nearest(const struct making *making, const struct vw_view *
 
 static bool is_new(const struct making *making, const struct vw_view *pose) {
     for (uint32_t v = 0; v < making->params->scene->view_count; v++)
-        if (vw_view_apart(&making->scales, pose, &making->params->scene->views[v]) < NEW_LEAST) return false;
+        if (vw_view_apart(making->params->scales, pose, &making->params->scene->views[v]) < NEW_LEAST) return false;
     return true;
 }
 
@@ -172,7 +171,7 @@ static void keep_only(struct block *block, const bool *keeps) {
     block->count = count;
 }
 
-// Drops poses that something stands before, seen from the nearest known camera.
+// Drops poses that something hides from the nearest known camera.
 static enum vw_status keep_reachable(const struct making *making, struct block *block) {
     const struct vw_depth_source *depths = &making->params->depths;
     bool keeps[BLOCK];

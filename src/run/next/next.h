@@ -1,14 +1,10 @@
 // Proposes where the next photos of a finished run should be taken.
 //
-// What it knows of the world are depth maps of 24 x 18 pixels (depth_maps.h), where a ray sees matter that hides half
-// of its light. Poses are made (candidate_poses.h) and filtered (make_candidates.h), or read from a file; a score picks
-// among them, one after another (candidate_scores.h); reasons are told after that and change no choice (reasons.h). The
-// same OUT has the same proposals, bit for bit. next.json decides nothing, so no hash binds it: the report checks it as
-// a stranger's file (proposals_json.h).
-//
-// On one CPU core, with the hash grid and photos of 128 x 96 pixels, the first proposal takes 1.7 s on 50 photos
-// and 4.6 s on 300 (coverage 2.7 and 6 s, fisher 8 and 20 s), each further one 0.02 to 0.05 s (fisher 0.2 s), its
-// render included.
+// It knows the world by depth maps of 24 x 18 pixels (depth_maps.h), where a ray ends at a transmittance of one half.
+// Poses are made (candidate_poses.h) and filtered (make_candidates.h), or read from a file; a score picks among them,
+// one after another (candidate_scores.h); reasons are found after that and change no choice (reasons.h). The same OUT
+// has the same proposals on the same device, bit for bit. next.json decides nothing, so no hash binds it: the report
+// checks it as a stranger's file (proposals_json.h).
 #ifndef VIEWWORTH_RUN_NEXT_NEXT_H
 #define VIEWWORTH_RUN_NEXT_NEXT_H
 

@@ -13,10 +13,12 @@ struct vw_proposal {
     uint32_t nearest_view; // scene index of the nearest known photo
     char *nearest;         // owned; its name
     double apart;          // its distance; 1 is usual between neighbours
+    char *move; // owned; the way from the photo of the nearest position, in its own axes: "NAME: 1.9 right, ..."
 };
 
 struct vw_next {
-    const char *method; // static
+    const char *method, *summary; // static; of the score
+    uint32_t photo_count;         // known photos
     char scene_hash[VW_HASH_HEX_BYTES];
     struct vw_candidate *candidates; // owned
     double *first_gains;             // owned; by candidate: the gain of that one alone

@@ -1,11 +1,13 @@
 #include "run/next/proposals_json.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/json.h"
 #include "base/memory.h"
 #include "run/next/reasons.h"
+#include "scene/builder.h"
 #include "scene/camera_path.h"
 #include "scene/formats/transforms.h"
 
@@ -24,12 +26,12 @@ static json_t *proposal_to_json(const struct vw_next *next, uint32_t place) {
     const double(*pose)[4] = candidate->pose.camera_to_world;
     char render[32];
     snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
-    return json_pack("{s:o, s:[fff], s:[fff], s:o, s:o, s:o, s:f, s:o, s:o, s:s}", "name",
+    return json_pack("{s:o, s:[fff], s:[fff], s:o, s:o, s:o, s:f, s:o, s:o, s:o, s:s}", "name",
                      vw_json_string(candidate->name), "position", pose[0][3], pose[1][3], pose[2][3], "direction",
                      -pose[0][2], -pose[1][2], -pose[2][2], "camera_to_world", vw_pose_to_json(pose), "gain",
                      vw_json_real(proposal->gain), "reasons", reasons_to_json(proposal->reasons), "seen_by",
                      proposal->seen_by, "nearest", vw_json_string(proposal->nearest), "distance",
-                     vw_json_real(proposal->apart), "render", render);
+                     vw_json_real(proposal->apart), "move", vw_json_string(proposal->move), "render", render);
 }
 
 json_t *vw_proposals_to_json(const struct vw_next *next) {
@@ -43,9 +45,14 @@ json_t *vw_proposals_to_json(const struct vw_next *next) {
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-static bool is_vector(const json_t *array) {
+static const double DIRECTION_MOST = 1.1; // a unit vector, rounded
+
+static bool is_vector(const json_t *array, double most) {
     bool fits = json_array_size(array) == 3;
-    for (size_t i = 0; fits && i < 3; i++) fits = json_is_number(json_array_get(array, i));
+    for (size_t i = 0; fits && i < 3; i++) {
+        const json_t *number = json_array_get(array, i);
+        fits = json_is_number(number) && fabs(json_number_value(number)) <= most;
+    }
     return fits;
 }
 
@@ -58,11 +65,12 @@ static bool are_reasons(const json_t *array) {
 
 // Returns the field of a proposal that is not what a page needs; NULL: all are.
 static const char *find_broken(const json_t *proposal) {
-    if (!is_vector(json_object_get(proposal, "position"))) return "position";
-    if (!is_vector(json_object_get(proposal, "direction"))) return "direction";
+    if (!is_vector(json_object_get(proposal, "position"), VW_POSITION_MOST_WORLD)) return "position";
+    if (!is_vector(json_object_get(proposal, "direction"), DIRECTION_MOST)) return "direction";
     if (!are_reasons(json_object_get(proposal, "reasons"))) return "reasons";
     if (!json_is_number(json_object_get(proposal, "seen_by"))) return "seen_by";
     if (!json_is_string(json_object_get(proposal, "nearest"))) return "nearest";
+    if (!json_is_string(json_object_get(proposal, "move"))) return "move";
     return json_is_number(json_object_get(proposal, "distance")) ? NULL : "distance";
 }
 

@@ -11,8 +11,9 @@ enum { VW_NEXT_LIMIT_BYTES = 16 << 20 };
 
 // Makes {"scene_hash": hex, "method": name, "proposals": [...]}. A proposal has its position and unit direction of view
 // in world coordinates, camera_to_world, the gain, reasons (words of run/next/reasons.h), how many known photos see
-// what it would see (seen_by), the nearest known photo and its distance (1 is usual between neighbours), its render,
-// and its name in the file that it was chosen from (null: none). NULL when memory is short.
+// what it would see (seen_by), the nearest known photo and its distance (1 is usual between neighbours), the way there
+// from the nearest position of a known photo (move), its render, and its name in the file that it was chosen from
+// (null: none). NULL when memory is short.
 json_t *vw_proposals_to_json(const struct vw_next *next);
 
 // Checks such a file of a stranger, for a page. VW_ERROR_INPUT names the file and what is wrong; `path` is for

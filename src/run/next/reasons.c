@@ -7,15 +7,16 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "scene/view_distance.h"
 
-static const double FEW_MOST = 0.5; // in parts of the usual number
-static const double FAR_LEAST = 2;  // usual distances
+static const double FEW_MOST = 0.5;  // in parts of the usual number
+static const double FAR_LEAST = 2;   // usual distances
+static const uint32_t VAL_LEAST = 3; // photos, for a median of their errors
 
 static const char *const words[VW_NEXT_REASON_COUNT] = {[VW_SEEN_BY_FEW] = "seen by few",
                                                         [VW_HIGH_ERROR] = "high error",
                                                         [VW_EXTRAPOLATES] = "extrapolates",
-                                                        [VW_BETWEEN_PHOTOS] = "between photos"};
+                                                        [VW_BETWEEN_PHOTOS] = "between photos",
+                                                        [VW_SEES_NOTHING] = "sees nothing"};
 
 const char *vw_next_reason_word(enum vw_next_reason reason) { return words[reason]; }
 
@@ -51,26 +52,34 @@ static enum vw_status find_usual(const struct vw_known_views *known, const struc
 }
 
 // Finds the place of the nearest of some views.
-static uint32_t find_nearest(const struct vw_known_views *known, const struct vw_view_scales *scales,
-                             const uint32_t *views, uint32_t count, const struct vw_view *pose, double *apart) {
+static uint32_t find_nearest(const struct vw_known_views *known, const uint32_t *views, uint32_t count,
+                             const struct vw_view *pose, double *apart) {
     uint32_t nearest = 0;
     *apart = INFINITY;
     for (uint32_t i = 0; i < count; i++) {
-        double distance = vw_view_apart(scales, pose, &known->scene->views[views[i]]);
+        double distance = vw_view_apart(&known->scales, pose, &known->scene->views[views[i]]);
         if (distance < *apart) *apart = distance, nearest = i;
     }
     return nearest;
 }
 
-static void find_neighbours(const struct vw_known_views *known, const struct vw_view_scales *scales,
-                            const struct usual *usual, const struct vw_view *pose, struct vw_proposal *proposal) {
+static void find_neighbours(const struct vw_known_views *known, const struct usual *usual, const struct vw_view *pose,
+                            struct vw_proposal *proposal) {
     double apart;
-    uint32_t nearest = find_nearest(known, scales, known->views, known->count, pose, &proposal->apart);
+    uint32_t nearest = find_nearest(known, known->views, known->count, pose, &proposal->apart);
     proposal->nearest_view = known->views[nearest];
     if (proposal->apart > FAR_LEAST) proposal->reasons |= 1u << VW_EXTRAPOLATES;
-    if (!known->val_count) return;
-    nearest = find_nearest(known, scales, known->val_views, known->val_count, pose, &apart);
-    if (known->val_mse[nearest] > usual->mse) proposal->reasons |= 1u << VW_HIGH_ERROR;
+    if (known->val_count < VAL_LEAST) return;
+    nearest = find_nearest(known, known->val_views, known->val_count, pose, &apart);
+    if (apart <= FAR_LEAST && known->val_mse[nearest] > usual->mse) proposal->reasons |= 1u << VW_HIGH_ERROR;
+}
+
+static void add_seen(const struct usual *usual, const struct vw_depth_map *map, double seen_by,
+                     struct vw_proposal *proposal) {
+    proposal->seen_by = seen_by;
+    if (!map->seen_count) proposal->reasons |= 1u << VW_SEES_NOTHING;
+    else if (seen_by <= FEW_MOST * usual->seen_by) proposal->reasons |= 1u << VW_SEEN_BY_FEW;
+    if (!proposal->reasons && proposal->apart < 1) proposal->reasons = 1u << VW_BETWEEN_PHOTOS;
 }
 
 static enum vw_status map_proposals(const struct vw_next *next, const struct vw_depth_source *depths,
@@ -88,23 +97,16 @@ static enum vw_status map_proposals(const struct vw_next *next, const struct vw_
     return status;
 }
 
-enum vw_status vw_next_explain(const struct vw_known_views *known, const struct vw_depth_map *maps,
-                               const struct vw_depth_source *depths, struct vw_next *next) {
-    struct vw_view_scales scales;
+enum vw_status vw_next_find_reasons(const struct vw_known_views *known, const struct vw_depth_map *maps,
+                                    const struct vw_depth_source *depths, struct vw_next *next) {
     struct usual usual = {0};
     struct vw_depth_map *own = NULL;
-    enum vw_status status = vw_view_scales_find(known->scene, &scales);
-    if (!status) status = find_usual(known, maps, &usual);
+    enum vw_status status = find_usual(known, maps, &usual);
     for (uint32_t k = 0; k < next->proposal_count && !status; k++)
-        find_neighbours(known, &scales, &usual, &next->candidates[next->proposals[k].candidate].pose,
-                        &next->proposals[k]);
+        find_neighbours(known, &usual, &next->candidates[next->proposals[k].candidate].pose, &next->proposals[k]);
     if (!status) status = map_proposals(next, depths, &own);
-    for (uint32_t k = 0; k < next->proposal_count && !status; k++) {
-        struct vw_proposal *proposal = &next->proposals[k];
-        proposal->seen_by = vw_depth_map_seen_by(&own[k], maps, known->count);
-        if (proposal->seen_by <= FEW_MOST * usual.seen_by) proposal->reasons |= 1u << VW_SEEN_BY_FEW;
-        if (!proposal->reasons) proposal->reasons = 1u << VW_BETWEEN_PHOTOS;
-    }
+    for (uint32_t k = 0; k < next->proposal_count && !status; k++)
+        add_seen(&usual, &own[k], vw_depth_map_seen_by(&own[k], maps, known->count), &next->proposals[k]);
     free(own);
     return status;
 }

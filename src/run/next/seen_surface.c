@@ -25,10 +25,10 @@ uint32_t vw_seen_surface_cell(const struct vw_box *box, const double point_world
         place[i] = (point_world[i] - box->centre_world[i]) / box->half_extent_world;
         most = fmax(most, fabs(place[i]));
     }
-    double drawn_in = most > 1 ? (2 - 1 / most) / most : 1;
+    double contracted = most > 1 ? (2 - 1 / most) / most : 1;
     uint32_t cell = 0;
     for (int i = 0; i < 3; i++) {
-        double along = floor((place[i] * drawn_in + 2) / 2 * SIDE);
+        double along = floor((place[i] * contracted + 2) / 2 * SIDE);
         cell = cell * 2 * SIDE + (uint32_t)fmin(fmax(along, 0), 2 * SIDE - 1);
     }
     return cell * BINS + bin_of(direction_world);

@@ -2,9 +2,8 @@
 // many photos see it.
 //
 // Cells are cubes, 8 of them along the box's edge, each divided by 24 directions of sight: their largest coordinate and
-// the signs of all three. Beyond the box, whose coordinates u are then from -1 to 1, they
-// grow: a point of largest coordinate m > 1 is drawn in to u (2 - 1/m) / m (the contraction of mip-NeRF 360, by the
-// largest coordinate).
+// the signs of all three. Points beyond the box, whose coordinates u are from -1 to 1, are contracted: to u (2 - 1/m) /
+// m for the largest coordinate m > 1 (the contraction of mip-NeRF 360, by the largest coordinate).
 #ifndef VIEWWORTH_RUN_NEXT_SEEN_SURFACE_H
 #define VIEWWORTH_RUN_NEXT_SEEN_SURFACE_H
 

@@ -83,6 +83,14 @@ static enum vw_status read_side(const char *where, const json_t *file, const jso
     return VW_OK;
 }
 
+static bool has_focal(const json_t *file, const json_t *frame) {
+    static const char *const keys[] = {"fl_x", "fl_y", "camera_angle_x", "camera_angle_y"};
+    bool has = false;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(keys); i++)
+        has |= json_object_get(file, keys[i]) || json_object_get(frame, keys[i]);
+    return has;
+}
+
 static enum vw_status read_transform(struct reading *reading, const char *where, const json_t *file,
                                      const json_t *frame) {
     uint32_t width_px = reading->camera.width_px, height_px = reading->camera.height_px;
@@ -93,7 +101,8 @@ static enum vw_status read_transform(struct reading *reading, const char *where,
     if (!status) status = vw_transforms_pose(where, frame, camera_to_world);
     if (!status) status = read_side(where, file, frame, "w", &width_px);
     if (!status) status = read_side(where, file, frame, "h", &height_px);
-    if (!status) status = vw_transforms_camera(where, file, frame, width_px, height_px, &camera, &rescaled);
+    if (!has_focal(file, frame)) camera = vw_camera_resized(&reading->camera, width_px, height_px);
+    else if (!status) status = vw_transforms_camera(where, file, frame, width_px, height_px, &camera, &rescaled);
     if (!status) add(reading, &camera, camera_to_world);
     const char *name = json_string_value(json_object_get(frame, "file_path"));
     if (status || !name) return status;

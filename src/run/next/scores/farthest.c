@@ -15,7 +15,7 @@ struct farthest {
     double *least; // owned; by candidate
 };
 
-static void come_nearer(struct farthest *farthest, const struct vw_view *view) {
+static void update_distances(struct farthest *farthest, const struct vw_view *view) {
     for (uint32_t i = 0; i < farthest->count; i++)
         farthest->least[i] =
             fmin(farthest->least[i], vw_view_apart(&farthest->scales, view, &farthest->candidates[i].pose));
@@ -25,12 +25,12 @@ static enum vw_status create(const struct vw_known_views *known, const struct vw
                              void **state) {
     struct farthest *farthest = *state = vw_allocate(1, sizeof *farthest);
     if (!farthest) return VW_ERROR_MEMORY;
-    *farthest =
-        (struct farthest){.candidates = candidates, .count = count, .least = vw_allocate(count, sizeof(double))};
-    enum vw_status status = farthest->least ? vw_view_scales_find(known->scene, &farthest->scales) : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count && !status; i++) farthest->least[i] = INFINITY;
-    for (uint32_t k = 0; k < known->count && !status; k++) come_nearer(farthest, &known->scene->views[known->views[k]]);
-    return status;
+    *farthest = (struct farthest){
+        .scales = known->scales, .candidates = candidates, .count = count, .least = vw_allocate(count, sizeof(double))};
+    if (!farthest->least) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) farthest->least[i] = INFINITY;
+    for (uint32_t k = 0; k < known->count; k++) update_distances(farthest, &known->scene->views[known->views[k]]);
+    return VW_OK;
 }
 
 static double gain(const void *state, uint32_t candidate) {
@@ -40,7 +40,7 @@ static double gain(const void *state, uint32_t candidate) {
 
 static void add(void *state, uint32_t candidate) {
     struct farthest *farthest = state;
-    come_nearer(farthest, &farthest->candidates[candidate].pose);
+    update_distances(farthest, &farthest->candidates[candidate].pose);
 }
 
 static void destroy(void **state) {

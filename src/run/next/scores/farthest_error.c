@@ -15,11 +15,10 @@ struct farthest_error {
     double *error;  // owned; by candidate
 };
 
-static double error_at(const struct vw_known_views *known, const struct vw_view_scales *scales,
-                       const struct vw_view *pose) {
+static double error_at(const struct vw_known_views *known, const struct vw_view *pose) {
     double sum = 0, weights = 0;
     for (uint32_t v = 0; v < known->val_count; v++) {
-        double apart = vw_view_apart(scales, &known->scene->views[known->val_views[v]], pose);
+        double apart = vw_view_apart(&known->scales, &known->scene->views[known->val_views[v]], pose);
         sum += known->val_mse[v] / (apart * apart + NEAR);
         weights += 1 / (apart * apart + NEAR);
     }
@@ -28,14 +27,12 @@ static double error_at(const struct vw_known_views *known, const struct vw_view_
 
 static enum vw_status create(const struct vw_known_views *known, const struct vw_candidate *candidates, uint32_t count,
                              void **state) {
-    struct vw_view_scales scales;
     struct farthest_error *made = *state = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     enum vw_status status = vw_score_farthest.create(known, candidates, count, &made->farthest);
-    if (!status) status = vw_view_scales_find(known->scene, &scales);
     if (status) return status;
     made->error = vw_allocate(count, sizeof *made->error);
-    for (uint32_t i = 0; made->error && i < count; i++) made->error[i] = error_at(known, &scales, &candidates[i].pose);
+    for (uint32_t i = 0; made->error && i < count; i++) made->error[i] = error_at(known, &candidates[i].pose);
     return made->error ? VW_OK : VW_ERROR_MEMORY;
 }
 

@@ -10,7 +10,6 @@
 #include "scene/view_distance.h"
 
 struct nearest_error {
-    struct vw_view_scales scales;
     const struct vw_known_views *known;    // borrowed
     const struct vw_candidate *candidates; // borrowed
     double *left;                          // owned; by validation photo: the error that picks leave
@@ -18,7 +17,7 @@ struct nearest_error {
 
 static double share(const struct nearest_error *nearest, uint32_t candidate, uint32_t val) {
     const struct vw_view *photo = &nearest->known->scene->views[nearest->known->val_views[val]];
-    double apart = vw_view_apart(&nearest->scales, photo, &nearest->candidates[candidate].pose);
+    double apart = vw_view_apart(&nearest->known->scales, photo, &nearest->candidates[candidate].pose);
     return exp(-apart * apart / 2);
 }
 
@@ -31,7 +30,7 @@ static enum vw_status create(const struct vw_known_views *known, const struct vw
         .known = known, .candidates = candidates, .left = vw_allocate(known->val_count, sizeof(double))};
     if (!nearest->left) return VW_ERROR_MEMORY;
     if (known->val_count) memcpy(nearest->left, known->val_mse, known->val_count * sizeof *nearest->left);
-    return vw_view_scales_find(known->scene, &nearest->scales);
+    return VW_OK;
 }
 
 static double gain(const void *state, uint32_t candidate) {

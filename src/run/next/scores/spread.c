@@ -20,7 +20,7 @@ static double apart(const struct spread *spread, const struct vw_view *view, uin
     return vw_view_apart(&spread->scales, view, &spread->candidates[candidate].pose);
 }
 
-static void come_nearer(struct spread *spread, const struct vw_view *view) {
+static void update_distances(struct spread *spread, const struct vw_view *view) {
     for (uint32_t i = 0; i < spread->count; i++) spread->least[i] = fmin(spread->least[i], apart(spread, view, i));
 }
 
@@ -28,11 +28,12 @@ static enum vw_status create(const struct vw_known_views *known, const struct vw
                              void **state) {
     struct spread *spread = *state = vw_allocate(1, sizeof *spread);
     if (!spread) return VW_ERROR_MEMORY;
-    *spread = (struct spread){.candidates = candidates, .count = count, .least = vw_allocate(count, sizeof(double))};
-    enum vw_status status = spread->least ? vw_view_scales_find(known->scene, &spread->scales) : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count && !status; i++) spread->least[i] = INFINITY;
-    for (uint32_t k = 0; k < known->count && !status; k++) come_nearer(spread, &known->scene->views[known->views[k]]);
-    return status;
+    *spread = (struct spread){
+        .scales = known->scales, .candidates = candidates, .count = count, .least = vw_allocate(count, sizeof(double))};
+    if (!spread->least) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) spread->least[i] = INFINITY;
+    for (uint32_t k = 0; k < known->count; k++) update_distances(spread, &known->scene->views[known->views[k]]);
+    return VW_OK;
 }
 
 static double gain(const void *state, uint32_t candidate) {
@@ -45,7 +46,7 @@ static double gain(const void *state, uint32_t candidate) {
 
 static void add(void *state, uint32_t candidate) {
     struct spread *spread = state;
-    come_nearer(spread, &spread->candidates[candidate].pose);
+    update_distances(spread, &spread->candidates[candidate].pose);
 }
 
 static void destroy(void **state) {
