@@ -5,7 +5,7 @@ const PLACE_PX = 18, PLACE_OPENING = .45; // length of a pyramid, and its half w
 const PLACE_COLOUR = PALETTE[3];
 const EXTENT_MOST = 3; // by that of cameras and points; farther places are drawn at the edge
 const UPWARD = {'map-above': 'across', 'map-side': 'up'}; // the upward axis, by the id of a map
-const upwardOf = chart => UPWARD[chart.canvas.closest('[id]').id];
+const upwardOf = chart => UPWARD[chart.canvas.closest('[id]')?.id];
 
 // Places the proposals of a run along the axes of its map.
 function placesOf(one) {
@@ -31,6 +31,16 @@ function drawPlace(pen, number, [x, y], [toX, toY]) {
   pen.fillText(number, x - 9 * toX, y + 9 * toY);
 }
 
+// Makes the places points without a mark, which have a tooltip.
+function addTooltips({data, options}, places, y) {
+  const {tooltip} = options.plugins, {filter, callbacks: {label}} = tooltip, {proposals} = run().next;
+  data.datasets.push({label: 'places', data: places.map(({at}, place) => ({x: at.level, y: at[y], place})), pointStyle: 'circle',
+    radius: 9, borderWidth: 0, backgroundColor: 'transparent', hoverBackgroundColor: 'transparent'});
+  tooltip.filter = item => item.raw.place !== undefined || filter(item);
+  tooltip.callbacks.label = item => item.raw.place === undefined ? label(item) :
+    [[item.raw.place + 1, proposals[item.raw.place].reasons.join(', ')].filter(Boolean).join(': '), proposals[item.raw.place].move];
+}
+
 Chart.register({id: 'places', beforeInit(chart) { // the map grows until all places are on it
   const places = placesOf(run()), {scales} = chart.config.options, y = upwardOf(chart);
   if (!y || !places.length) return;
@@ -38,6 +48,7 @@ Chart.register({id: 'places', beforeInit(chart) { // the map grows until all pla
   const wide = Math.min(EXTENT_MOST * half, Math.max(half, 1.08 * Math.max(...['level', 'across', 'up'].map(reach))));
   Object.assign(scales.x, {min: middle.level - wide, max: middle.level + wide});
   Object.assign(scales.y, {min: middle[y] - wide, max: middle[y] + wide});
+  addTooltips(chart.config, places, y);
 }, afterDatasetsDraw(chart) {
   const pen = chart.ctx, {x, y} = chart.scales, {left, right, top, bottom} = chart.chartArea, up = upwardOf(chart);
   const within = (pixel, least, most) => Math.min(Math.max(pixel, least), most);

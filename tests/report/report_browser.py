@@ -183,6 +183,9 @@ def places_are_right(browser, folder):
         .every(({at}) => at.level > scales.x.min && at.level < scales.x.max && (name === 'side' ? at.up > scales.y.min &&
         at.up < scales.y.max : at.across > scales.y.min && at.across < scales.y.max)); })""")
     expect(inside, 'a place is off the map')
+    told = page.run("""const {chart} = charts.get('map-above'), datasetIndex = chart.data.datasets.length - 1;
+        chart.tooltip.setActiveElements([{datasetIndex, index: 1}], {x: 9, y: 9}); return chart.tooltip.body[0].lines""")
+    expect(told == [': '.join(filter(None, ['2', ', '.join(places[1]['reasons'])])), places[1]['move']], told)
     page = Page(browser, f'{folder}/run/report.html')
     page.run('drawPending()')
     expect(not page.run("return document.getElementById('next')") and purple_pixels(page, 'map-above') == 0, 'places where there are none')

@@ -12,7 +12,7 @@ struct vw_trainer;
 struct vw_known_views {
     const struct vw_scene *scene;
     struct vw_view_scales scales; // units of distances between poses
-    struct vw_trainer *trainer;   // holds the run's field and takes no steps
+    struct vw_trainer *trainer;   // has the run's field, and makes no steps
     const uint32_t *views;        // photos trained on, scene indices
     uint32_t count;
     const uint32_t *val_views; // validation photos, scene indices

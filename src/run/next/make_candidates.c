@@ -38,7 +38,7 @@ struct block {
     uint32_t count;
 };
 
-// ---- What poses are made from --------------------------------------------------------------------------------------
+// ---- Sources of poses ----------------------------------------------------------------------------------------------
 
 // Lists the points that a known photo sees and the fewest photos see.
 static void find_targets(const struct vw_candidate_params *params, const struct vw_depth_map *map,

@@ -14,7 +14,7 @@ struct vw_proposal_files { // all borrowed
     // photos; .ply: cameras as pyramids, the first yellow, the last violet; NULL: none
     const char *to;
     const struct vw_scene *scene;
-    struct vw_trainer *trainer; // holds the field
+    struct vw_trainer *trainer; // has the field
     const struct vw_next *next;
 };
 

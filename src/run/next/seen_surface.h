@@ -1,5 +1,5 @@
-// The surface that photos see, by the trained field: coarse depth maps mark cells of the world, and each cell knows how
-// many photos see it.
+// The surface that photos see, by the trained field: coarse depth maps mark cells of the world, and each cell counts
+// the photos that see it.
 //
 // Cells are cubes, 8 of them along the box's edge, each divided by 24 directions of sight: their largest coordinate and
 // the signs of all three. Points beyond the box, whose coordinates u are from -1 to 1, are contracted: to u (2 - 1/m) /

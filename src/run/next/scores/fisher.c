@@ -83,7 +83,7 @@ static void destroy(void **state) {
 
 const struct vw_candidate_score vw_score_fisher = {.name = "fisher",
                                                    .summary =
-                                                       "tells most about params that known photos tell little of",
+                                                       "most informative about params that known photos inform little",
                                                    .create = create,
                                                    .gain = gain,
                                                    .add = add,

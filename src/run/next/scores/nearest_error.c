@@ -1,6 +1,6 @@
 // The score nearest-error: the sum over validation photos of their squared error times exp(-d^2 / 2), d being the
-// candidate's distance from the photo (vw_view_apart() in scene/view_distance.h). A pick takes that share of the error
-// of each with it.
+// candidate's distance from the photo (vw_view_apart() in scene/view_distance.h). A pick removes that share of the
+// error of each.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
