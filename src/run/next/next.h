@@ -1,9 +1,10 @@
 // Proposes where the next photos of a finished run should be taken.
 //
-// Depth maps of 24 x 18 pixels describe the world (depth_maps.h): a ray ends at a transmittance of one half. Poses are made (candidate_poses.h) and filtered (make_candidates.h), or read from a file; a score picks among them,
-// one after another (candidate_scores.h); reasons are found after that and change no choice (reasons.h). The same OUT
-// has the same proposals on the same device, bit for bit. next.json decides nothing, so no hash binds it: the report
-// checks it as a stranger's file (proposals_json.h).
+// Depth maps of 24 x 18 pixels describe the world (depth_maps.h): a ray ends at a transmittance of one half. Poses are
+// made (candidate_poses.h) and filtered (make_candidates.h), or read from a file; a score picks among them, one after
+// another (candidate_scores.h); reasons are found after that and change no choice (reasons.h). The same OUT has the
+// same proposals on the same device, bit for bit. next.json decides nothing, so no hash binds it: the report checks it
+// as a stranger's file (proposals_json.h).
 #ifndef VIEWWORTH_RUN_NEXT_NEXT_H
 #define VIEWWORTH_RUN_NEXT_NEXT_H
 
