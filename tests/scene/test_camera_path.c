@@ -207,6 +207,21 @@ FOLDER_TEST(frames_of_a_transforms_file_are_read) {
     vw_camera_path_free(&path);
 }
 
+FOLDER_TEST(frames_without_a_focal_length_have_that_of_the_view) {
+    struct vw_camera_path path = {0};
+    const struct vw_camera *own = &wall()->views[0].camera;
+    ASSERT_OK(read_text(*state,
+                        "{\"frames\": [{\"transform_matrix\": [[1,0,0,2],[0,1,0,0],[0,0,1,0]]}, "
+                        "{\"w\": 20, \"h\": 32, \"transform_matrix\": [[1,0,0,3],[0,1,0,0],[0,0,1,0]]}]}",
+                        &path));
+    assert_near(path.frames[0].camera.focal_x_px, own->focal_x_px, 1e-9);
+    assert_true(path.frames[0].camera.width_px == own->width_px && path.frames[1].camera.height_px == 32);
+    double factor = 32 / fmax(own->width_px, own->height_px); // of a portrait, by the longer side
+    assert_near(path.frames[1].camera.focal_x_px, factor * own->focal_x_px, 1e-9);
+    assert_near(path.frames[1].camera.focal_y_px, factor * own->focal_y_px, 1e-9);
+    vw_camera_path_free(&path);
+}
+
 FOLDER_TEST(hostile_paths_are_refused) {
     static const struct {
         const char *text, *says;
@@ -214,7 +229,6 @@ FOLDER_TEST(hostile_paths_are_refused) {
         {"[]", "path.json: neither field camera_path nor field frames"},
         {"{\"frames\": 7}", "neither field camera_path nor field frames"},
         {"{\"frames\": [7], \"fl_x\": 5}", "frame 0: field transform_matrix is missing"},
-        {"{\"frames\": [{\"transform_matrix\": [[1,0,0,2],[0,1,0,0],[0,0,1,0]]}]}", "frame 0: no focal length"},
         {"{\"fl_x\": 5, \"w\": 1e9, \"frames\": [{\"transform_matrix\": [[1,0,0,2],[0,1,0,0],[0,0,1,0]]}]}",
          "frame 0: field w must be an integer from 1 to 8192"},
         {"{\"camera_path\": []}", "path.json: render_width: is missing"},

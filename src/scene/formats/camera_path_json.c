@@ -91,6 +91,15 @@ static bool has_focal(const json_t *file, const json_t *frame) {
     return has;
 }
 
+// Returns a camera of the same lens for pictures of another size and shape.
+static struct vw_camera with_size(const struct vw_camera *camera, uint32_t width_px, uint32_t height_px) {
+    double factor = fmax(width_px, height_px) / fmax(camera->width_px, camera->height_px);
+    struct vw_camera sized = vw_camera_resized(camera, width_px, height_px);
+    sized.focal_x_px = factor * camera->focal_x_px;
+    sized.focal_y_px = factor * camera->focal_y_px;
+    return sized;
+}
+
 static enum vw_status read_transform(struct reading *reading, const char *where, const json_t *file,
                                      const json_t *frame) {
     uint32_t width_px = reading->camera.width_px, height_px = reading->camera.height_px;
@@ -101,7 +110,7 @@ static enum vw_status read_transform(struct reading *reading, const char *where,
     if (!status) status = vw_transforms_pose(where, frame, camera_to_world);
     if (!status) status = read_side(where, file, frame, "w", &width_px);
     if (!status) status = read_side(where, file, frame, "h", &height_px);
-    if (!has_focal(file, frame)) camera = vw_camera_resized(&reading->camera, width_px, height_px);
+    if (!has_focal(file, frame)) camera = with_size(&reading->camera, width_px, height_px);
     else if (!status) status = vw_transforms_camera(where, file, frame, width_px, height_px, &camera, &rescaled);
     if (!status) add(reading, &camera, camera_to_world);
     const char *name = json_string_value(json_object_get(frame, "file_path"));
