@@ -216,7 +216,7 @@ FOLDER_TEST(frames_without_a_focal_length_have_that_of_the_view) {
                         &path));
     assert_near(path.frames[0].camera.focal_x_px, own->focal_x_px, 1e-9);
     assert_true(path.frames[0].camera.width_px == own->width_px && path.frames[1].camera.height_px == 32);
-    double factor = 32 / fmax(own->width_px, own->height_px); // of a portrait, by the longer side
+    double factor = 32 / fmax(own->width_px, own->height_px); // a portrait has it by the longer side
     assert_near(path.frames[1].camera.focal_x_px, factor * own->focal_x_px, 1e-9);
     assert_near(path.frames[1].camera.focal_y_px, factor * own->focal_y_px, 1e-9);
     vw_camera_path_free(&path);
