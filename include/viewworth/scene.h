@@ -45,6 +45,9 @@ struct vw_camera {
     double k1, k2, k3, k4, k5, k6, p1, p2; // 0 without distortion
 };
 
+// Columns of camera_to_world.
+enum vw_pose_column { VW_POSE_RIGHT, VW_POSE_UP, VW_POSE_BACK, VW_POSE_POSITION };
+
 struct vw_view {
     char *name;         // owned; path relative to the scene folder, as the scene file spells it; unique
     char *provider;     // owned; "" when unknown

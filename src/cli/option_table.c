@@ -143,12 +143,10 @@ const struct vw_option vw_option_table[] = {
     {"scores", "OUT",
      "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
-    {"method", "NAME",
-     "Scoring method that decides which photos are kept; of next, which places are proposed: farthest, coverage, "
-     "nearest-error, fisher, farthest-error or spread",
-     VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
+    {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
+     VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
      DEFAULT("worth_psnr, lasting_psnr or dv_psnr, the first that there is; of without-outliers train_fit, dv_psnr "
-             "and dv_loss; of next farthest")},
+             "and dv_loss")},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",

@@ -217,7 +217,7 @@ static enum vw_status write_outputs(struct work *work) {
         .report = {.device = work->params->devices.first, .options = work->params->report}};
     enum vw_status status = check_written(work);
     if (!status) status = write_scores(work);
-    if (!status) status = vw_recorded_load_field(recorded, false, &params.trainer);
+    if (!status) status = vw_recorded_load_field(recorded, &params.trainer);
     if (!status) status = vw_run_outputs_make(&params, &work->made, &work->result->outputs);
     if (!status) status = vw_checksums_write(params.out, params.ledger, &work->made);
     vw_ledger_chain_head(work->ledger, work->result->head); // a payout changes it

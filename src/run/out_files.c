@@ -45,10 +45,9 @@ const struct vw_out_file vw_out_files[] = {
     {"tradeoff.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"summary.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"benchmark.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
-    // Places for the next photos, by the field, that the report shows, and what they would see.
+    // Places for the next photos, by the field, that the report shows.
     {VW_NEXT_FILE, VW_OUT_NOTHING, false, VW_OUT_BY_STEPS},
-    {"next_*.png", VW_OUT_NOTHING, false, VW_OUT_STAYS},
-    // Pictures of a comparison, in renders/, and of render, also in frames/.
+    // Pictures of a comparison, in renders/, of render, also in frames/, and of next.
     {"*.png", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     // Files that are only written.
     {"merged.db", VW_OUT_NOTHING, false, VW_OUT_STAYS},

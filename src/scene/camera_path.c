@@ -11,8 +11,6 @@
 static const double SPIRAL_SHARE = 0.9, SPIRAL_TURNS = 2;
 static const double PARALLEL = 1e-6; // a sine, or a length of a mean of unit vectors, that is as good as none
 
-enum axis { RIGHT, UP, BACK, POSITION }; // columns of camera_to_world
-
 struct vw_camera vw_camera_pinhole(const struct vw_camera *camera) {
     return (struct vw_camera){.width_px = camera->width_px,
                               .height_px = camera->height_px,
@@ -44,7 +42,7 @@ void vw_camera_path_set_depths(const struct vw_scene *scene, struct vw_view *fra
         const struct vw_view *view = &scene->views[v];
         double square = 0;
         for (int i = 0; i < 3; i++)
-            square += pow(view->camera_to_world[i][POSITION] - frame->camera_to_world[i][POSITION], 2);
+            square += pow(view->camera_to_world[i][VW_POSE_POSITION] - frame->camera_to_world[i][VW_POSE_POSITION], 2);
         if (!(view->far_world > 0)) continue;
         double weight = 1 / (square * square);
         if (isinf(weight)) {
@@ -75,11 +73,11 @@ static double normalise(double vector[3], double least) {
     return length;
 }
 
-static void column_of(const struct vw_view *view, enum axis axis, double column[3]) {
+static void column_of(const struct vw_view *view, enum vw_pose_column axis, double column[3]) {
     for (int i = 0; i < 3; i++) column[i] = view->camera_to_world[i][axis];
 }
 
-static void mean_of(const struct vw_scene *scene, enum axis axis, double mean[3]) {
+static void mean_of(const struct vw_scene *scene, enum vw_pose_column axis, double mean[3]) {
     for (int i = 0; i < 3; i++) mean[i] = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)
         for (int i = 0; i < 3; i++) mean[i] += scene->views[v].camera_to_world[i][axis] / scene->view_count;
@@ -88,14 +86,14 @@ static void mean_of(const struct vw_scene *scene, enum axis axis, double mean[3]
 bool vw_camera_look_at(const double position[3], const double target[3], const double up[3],
                        double camera_to_world[3][4]) {
     double axes[3][3];
-    for (int i = 0; i < 3; i++) axes[BACK][i] = position[i] - target[i];
-    normalise(axes[BACK], 0);
-    cross(up, axes[BACK], axes[RIGHT]);
-    if (!(normalise(axes[RIGHT], 0) > PARALLEL)) return false;
-    cross(axes[BACK], axes[RIGHT], axes[UP]);
+    for (int i = 0; i < 3; i++) axes[VW_POSE_BACK][i] = position[i] - target[i];
+    normalise(axes[VW_POSE_BACK], 0);
+    cross(up, axes[VW_POSE_BACK], axes[VW_POSE_RIGHT]);
+    if (!(normalise(axes[VW_POSE_RIGHT], 0) > PARALLEL)) return false;
+    cross(axes[VW_POSE_BACK], axes[VW_POSE_RIGHT], axes[VW_POSE_UP]);
     for (int i = 0; i < 3; i++) {
-        for (int axis = RIGHT; axis <= BACK; axis++) camera_to_world[i][axis] = axes[axis][i];
-        camera_to_world[i][POSITION] = position[i];
+        for (int axis = VW_POSE_RIGHT; axis <= VW_POSE_BACK; axis++) camera_to_world[i][axis] = axes[axis][i];
+        camera_to_world[i][VW_POSE_POSITION] = position[i];
     }
     return true;
 }
@@ -104,7 +102,7 @@ bool vw_camera_look_at(const double position[3], const double target[3], const d
 
 // Splits the place of a camera relative to `focus` into its height along `up` and the rest.
 static double height_of(const struct vw_view *view, const double focus[3], const double up[3], double across[3]) {
-    column_of(view, POSITION, across);
+    column_of(view, VW_POSE_POSITION, across);
     for (int i = 0; i < 3; i++) across[i] -= focus[i];
     double height = vw_dot(across, up, 3);
     for (int i = 0; i < 3; i++) across[i] -= height * up[i];
@@ -132,8 +130,8 @@ static enum vw_status median_cylinder(const struct vw_scene *scene, const double
 
 static void find_axis(const struct vw_scene *scene, uint32_t view, double focus[3], double up[3]) {
     vw_bounds_focus(scene, focus);
-    mean_of(scene, UP, up);
-    if (normalise(up, PARALLEL) <= PARALLEL) column_of(&scene->views[view], UP, up);
+    mean_of(scene, VW_POSE_UP, up);
+    if (normalise(up, PARALLEL) <= PARALLEL) column_of(&scene->views[view], VW_POSE_UP, up);
 }
 
 static enum vw_status make_orbit(const struct vw_scene *scene, uint32_t view, const struct vw_camera_path *path) {
@@ -166,9 +164,9 @@ struct spiral {
 static bool find_mean(const struct vw_scene *scene, struct spiral *spiral) {
     double focus[3], back[3], mean[3], depth = 0;
     vw_bounds_focus(scene, focus);
-    mean_of(scene, UP, spiral->up);
-    mean_of(scene, BACK, back);
-    mean_of(scene, POSITION, mean);
+    mean_of(scene, VW_POSE_UP, spiral->up);
+    mean_of(scene, VW_POSE_BACK, back);
+    mean_of(scene, VW_POSE_POSITION, mean);
     if (!(normalise(back, PARALLEL) > PARALLEL)) return false;
     for (int i = 0; i < 3; i++) depth += (mean[i] - focus[i]) * back[i];
     for (int i = 0; i < 3; i++) spiral->target[i] = mean[i] - depth * back[i];
@@ -179,11 +177,12 @@ static enum vw_status find_spread(const struct vw_scene *scene, struct spiral *s
     const double(*mean)[4] = spiral->mean_to_world;
     double *offsets = vw_allocate(scene->view_count, sizeof *offsets);
     if (!offsets) return VW_ERROR_MEMORY;
-    for (int axis = RIGHT; axis <= BACK; axis++) {
+    for (int axis = VW_POSE_RIGHT; axis <= VW_POSE_BACK; axis++) {
         for (uint32_t v = 0; v < scene->view_count; v++) {
             double along = 0;
             for (int i = 0; i < 3; i++)
-                along += mean[i][axis] * (scene->views[v].camera_to_world[i][POSITION] - mean[i][POSITION]);
+                along +=
+                    mean[i][axis] * (scene->views[v].camera_to_world[i][VW_POSE_POSITION] - mean[i][VW_POSE_POSITION]);
             offsets[v] = fabs(along);
         }
         vw_sort(offsets, scene->view_count);
@@ -197,8 +196,8 @@ static bool place_on_spiral(const struct spiral *spiral, double angle, double ca
     const double along[3] = {cos(angle), -sin(angle), -sin(angle / SPIRAL_TURNS)};
     double position[3];
     for (int i = 0; i < 3; i++) {
-        position[i] = spiral->mean_to_world[i][POSITION];
-        for (int axis = RIGHT; axis <= BACK; axis++)
+        position[i] = spiral->mean_to_world[i][VW_POSE_POSITION];
+        for (int axis = VW_POSE_RIGHT; axis <= VW_POSE_BACK; axis++)
             position[i] += along[axis] * spiral->spread[axis] * spiral->mean_to_world[i][axis];
     }
     return vw_camera_look_at(position, spiral->target, spiral->up, camera_to_world);
@@ -255,11 +254,11 @@ static void place_between(const struct vw_view *const *views, uint32_t count, ui
     turn_between(views[from], views[from + 1], share, camera_to_world);
     for (int i = 0; i < 3; i++) {
         double p[4];
-        p[1] = views[from]->camera_to_world[i][POSITION];
-        p[2] = views[from + 1]->camera_to_world[i][POSITION];
-        p[0] = from ? views[from - 1]->camera_to_world[i][POSITION] : 2 * p[1] - p[2];
-        p[3] = from + 2 < count ? views[from + 2]->camera_to_world[i][POSITION] : 2 * p[2] - p[1];
-        camera_to_world[i][POSITION] = interpolate(p, share);
+        p[1] = views[from]->camera_to_world[i][VW_POSE_POSITION];
+        p[2] = views[from + 1]->camera_to_world[i][VW_POSE_POSITION];
+        p[0] = from ? views[from - 1]->camera_to_world[i][VW_POSE_POSITION] : 2 * p[1] - p[2];
+        p[3] = from + 2 < count ? views[from + 2]->camera_to_world[i][VW_POSE_POSITION] : 2 * p[2] - p[1];
+        camera_to_world[i][VW_POSE_POSITION] = interpolate(p, share);
     }
 }
 

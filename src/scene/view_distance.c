@@ -11,10 +11,10 @@ static const double BETWEEN_LEAST = 0.02; // relative to the median distance to 
 static const double ANGLE_LEAST = 10 * M_PI / 180;
 static const double SAME_ANGLE = 2 * M_PI / 180;
 
-static double between(const struct vw_view *a, const struct vw_view *b) {
+double vw_view_between_world(const struct vw_view *a, const struct vw_view *b) {
     double squares = 0;
     for (int i = 0; i < 3; i++) {
-        double apart = a->camera_to_world[i][3] - b->camera_to_world[i][3];
+        double apart = a->camera_to_world[i][VW_POSE_POSITION] - b->camera_to_world[i][VW_POSE_POSITION];
         squares += apart * apart;
     }
     return sqrt(squares);
@@ -22,17 +22,17 @@ static double between(const struct vw_view *a, const struct vw_view *b) {
 
 static double angle(const struct vw_view *a, const struct vw_view *b) {
     double cosine = 0;
-    for (int i = 0; i < 3; i++) cosine += a->camera_to_world[i][2] * b->camera_to_world[i][2];
+    for (int i = 0; i < 3; i++) cosine += a->camera_to_world[i][VW_POSE_BACK] * b->camera_to_world[i][VW_POSE_BACK];
     return acos(fmin(fmax(cosine, -1), 1));
 }
 
 static double distance(const struct vw_view_scales *scales, const struct vw_view *a, const struct vw_view *b) {
-    double by_place = between(a, b) / scales->between_world;
+    double by_place = vw_view_between_world(a, b) / scales->between_world;
     return fmax(by_place, angle(a, b) / scales->angle);
 }
 
 static bool is_copy(const struct vw_view_scales *scales, const struct vw_view *a, const struct vw_view *b) {
-    return a->split == b->split && between(a, b) <= scales->copy_world && angle(a, b) <= SAME_ANGLE;
+    return a->split == b->split && vw_view_between_world(a, b) <= scales->copy_world && angle(a, b) <= SAME_ANGLE;
 }
 
 // Finds the train view nearest to `view`, other than itself and, if it is a train view, its copies; NULL: none.
@@ -66,7 +66,7 @@ static double median_to_centre(const struct vw_scene *scene, double *values) {
         double apart = 0;
         if (scene->views[i].split != VW_SPLIT_TRAIN) continue;
         for (int k = 0; k < 3; k++)
-            apart = hypot(apart, scene->views[i].camera_to_world[k][3] - scene->box.centre_world[k]);
+            apart = hypot(apart, scene->views[i].camera_to_world[k][VW_POSE_POSITION] - scene->box.centre_world[k]);
         values[count++] = apart;
     }
     return vw_median(values, count);
@@ -96,6 +96,17 @@ double vw_view_apart(const struct vw_view_scales *scales, const struct vw_view *
     return distance(scales, a, b) / scales->typical;
 }
 
+uint32_t vw_view_nearest(const struct vw_scene *scene, const struct vw_view_scales *scales, const uint32_t *views,
+                         uint32_t count, const struct vw_view *pose, double *apart) {
+    uint32_t nearest = 0;
+    *apart = INFINITY;
+    for (uint32_t i = 0; i < count; i++) {
+        double one = vw_view_apart(scales, pose, &scene->views[views[i]]);
+        if (one < *apart) *apart = one, nearest = i;
+    }
+    return nearest;
+}
+
 enum vw_status vw_scene_view_distances(const struct vw_scene *scene, enum vw_split split,
                                        struct vw_view_distance **distances, uint32_t *count) {
     double *values = vw_allocate(scene->view_count, sizeof *values);
@@ -116,7 +127,7 @@ enum vw_status vw_scene_view_distances(const struct vw_scene *scene, enum vw_spl
         if (!nearest) continue;
         made[made_count++] = (struct vw_view_distance){.view = v,
                                                        .nearest = (uint32_t)(nearest - scene->views),
-                                                       .between_world = between(view, nearest),
+                                                       .between_world = vw_view_between_world(view, nearest),
                                                        .angle_deg = angle(view, nearest) * 180 / M_PI,
                                                        .ratio = apart / scales.typical,
                                                        .far = apart > RATIO_MOST * scales.typical};

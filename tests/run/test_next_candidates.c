@@ -8,7 +8,8 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "run/next/candidate_poses.h"
-#include "run/next/make_candidates.h"
+#include "run/next/candidates.h"
+#include "run/next/farthest.h"
 #include "run/next/move.h"
 #include "run/next/reasons.h"
 #include "scene/camera_path.h"
@@ -136,50 +137,44 @@ static enum vw_status render(void *context, const uint32_t *views, const struct 
 
 struct known {
     struct vw_scene scene;
-    struct vw_view views[CAMERAS];
-    uint32_t list[CAMERAS];
-    struct vw_view_scales scales;
-    struct vw_depth_map *maps;
-    struct vw_candidate_params params;
+    struct vw_view views[CAMERAS + 3]; // the last three validate, in the places of cameras 0, 12 and 6
+    struct vw_known_photos photos;
 };
 
+static void place_view(const struct world *world, uint32_t number, struct vw_view *view) {
+    double position[3], target[3];
+    const double *up = world->place == on_grid ? (double[]){0, 1, 0} : (double[]){0, 0, 1};
+    view->camera = (struct vw_camera){.width_px = 64,
+                                      .height_px = 48,
+                                      .focal_x_px = 60 + number % 5,
+                                      .focal_y_px = 60 + number % 5,
+                                      .centre_x_px = 32,
+                                      .centre_y_px = 24,
+                                      .k1 = 0.01};
+    world->place(number, position, target);
+    assert_true(vw_camera_look_at(position, target, up, view->camera_to_world));
+}
+
 static struct known *make_known(const struct world *world) {
-    const double up[3] = {0, 0, 1};
+    const struct vw_depth_source depths = {render, (void *)world};
     struct known *known = vw_allocate(1, sizeof *known);
     known->scene = (struct vw_scene){.path = (char *)world->name,
                                      .views = known->views,
-                                     .view_count = CAMERAS,
-                                     .split_count = {CAMERAS},
+                                     .view_count = CAMERAS + 3,
+                                     .split_count = {CAMERAS, 3},
                                      .box = {{0, 0, 0}, 2}};
-    for (uint32_t v = 0; v < CAMERAS; v++) {
-        double position[3], target[3];
-        known->list[v] = v;
-        known->views[v].camera = (struct vw_camera){.width_px = 64,
-                                                    .height_px = 48,
-                                                    .focal_x_px = 60 + v % 5,
-                                                    .focal_y_px = 60 + v % 5,
-                                                    .centre_x_px = 32,
-                                                    .centre_y_px = 24,
-                                                    .k1 = 0.01};
-        world->place(v, position, target);
-        if (world->place == on_grid) // y is up there
-            assert_true(vw_camera_look_at(position, target, (double[]){0, 1, 0}, known->views[v].camera_to_world));
-        else assert_true(vw_camera_look_at(position, target, up, known->views[v].camera_to_world));
+    for (uint32_t v = 0; v < CAMERAS; v++) place_view(world, v, &known->views[v]);
+    for (uint32_t v = 0; v < 3; v++) {
+        place_view(world, (uint32_t[]){0, 12, 6}[v], &known->views[CAMERAS + v]);
+        known->views[CAMERAS + v].split = VW_SPLIT_VAL;
     }
-    ASSERT_OK(vw_view_scales_find(&known->scene, &known->scales));
-    known->params = (struct vw_candidate_params){.scene = &known->scene,
-                                                 .scales = &known->scales,
-                                                 .views = known->list,
-                                                 .count = CAMERAS,
-                                                 .depths = {render, (void *)world},
-                                                 .seed = SEED};
-    ASSERT_OK(vw_depth_maps_make(&known->params.depths, known->list, known->views, CAMERAS, &known->maps));
-    known->params.maps = known->maps;
+    ASSERT_OK(vw_known_photos_create(&known->scene, &depths, SEED, &known->photos));
+    memcpy(known->photos.val_mse, (double[]){0.01, 0.02, 0.015}, 3 * sizeof(double));
     return known;
 }
 
 static void free_known(struct known *known) {
-    free(known->maps);
+    vw_known_photos_destroy(&known->photos);
     free(known);
 }
 
@@ -235,8 +230,8 @@ static void assert_sees(const struct world *world, const struct known *known, co
     const uint32_t view = 0;
     struct vw_depth_map *map = NULL;
     double counts[CAMERAS];
-    ASSERT_OK(vw_depth_maps_make(&known->params.depths, &view, pose, 1, &map));
-    for (uint32_t v = 0; v < CAMERAS; v++) counts[v] = known->maps[v].seen_count;
+    ASSERT_OK(vw_depth_maps_make(&known->photos.depths, &view, pose, 1, &map));
+    for (uint32_t v = 0; v < CAMERAS; v++) counts[v] = known->photos.maps[v].seen_count;
     assert_true(map->seen_count >= 0.5 * vw_median(counts, CAMERAS));
     assert_true(map->nearest_world >= 0.5 * nearest->nearest_world);
     assert_true(share_seen(world, known, map) > 0.35);
@@ -247,51 +242,50 @@ TEST(places_are_new_clear_of_matter_and_see_what_photos_see) {
     for (size_t w = 0; w < VW_ARRAY_COUNT(worlds); w++) {
         const struct world *world = &worlds[w];
         struct known *known = make_known(world);
-        struct vw_candidate *candidates = NULL;
-        uint32_t count = 0;
-        ASSERT_OK(vw_next_candidates_make(&known->params, &candidates, &count));
-        print_message("%s: %u places\n", world->name, count);
-        assert_in_range(count, 50, 400);
-        for (uint32_t c = 0; c < count; c++) {
-            const double(*pose)[4] = candidates[c].pose.camera_to_world;
+        struct vw_camera_path candidates;
+        ASSERT_OK(vw_next_candidates_make(&known->photos, &candidates));
+        print_message("%s: %u places\n", world->name, candidates.count);
+        assert_in_range(candidates.count, 50, 400);
+        for (uint32_t c = 0; c < candidates.count; c++) {
+            const struct vw_view *candidate = &candidates.frames[c];
+            const double(*pose)[4] = candidate->camera_to_world;
             const double position[3] = {pose[0][3], pose[1][3], pose[2][3]};
             uint32_t nearest = 0;
             for (uint32_t v = 0; v < CAMERAS; v++) {
                 if (between(pose, known->views[v].camera_to_world) <
                     between(pose, known->views[nearest].camera_to_world))
                     nearest = v;
-                assert_true(vw_view_apart(&known->scales, &candidates[c].pose, &known->views[v]) >= 0.25);
+                assert_true(vw_view_apart(&known->photos.scales, candidate, &known->views[v]) >= 0.25);
             }
             double away = between(pose, known->views[nearest].camera_to_world);
-            assert_true(away <= 2 * known->scales.between_world * 1.000001);
+            assert_true(away <= 2 * known->photos.scales.between_world * 1.000001);
             assert_free(world, known, position);
-            assert_sees(world, known, &candidates[c].pose, &known->maps[nearest]);
-            assert_int_equal(candidates[c].pose.camera.width_px, 64);
-            assert_near(candidates[c].pose.camera.focal_x_px, 62, 0); // in the middle
-            assert_near(candidates[c].pose.camera.k1, 0, 0);
+            assert_sees(world, known, candidate, &known->photos.maps[nearest]);
+            assert_int_equal(candidate->camera.width_px, 64);
+            assert_near(candidate->camera.focal_x_px, 62, 0); // in the middle
+            assert_near(candidate->camera.k1, 0, 0);
         }
-        vw_next_candidates_free(&candidates, count);
+        vw_camera_path_free(&candidates);
         free_known(known);
     }
 }
 
 TEST(a_seed_gives_the_same_places) {
     struct known *known = make_known(&worlds[0]);
-    struct vw_candidate *first = NULL, *second = NULL, *other = NULL;
-    uint32_t first_count = 0, second_count = 0, other_count = 0;
-    ASSERT_OK(vw_next_candidates_make(&known->params, &first, &first_count));
-    ASSERT_OK(vw_next_candidates_make(&known->params, &second, &second_count));
-    known->params.seed = SEED + 1;
-    ASSERT_OK(vw_next_candidates_make(&known->params, &other, &other_count));
-    assert_int_equal(first_count, second_count);
-    for (uint32_t c = 0; c < first_count; c++)
-        assert_memory_equal(first[c].pose.camera_to_world, second[c].pose.camera_to_world,
-                            sizeof first[c].pose.camera_to_world);
-    assert_memory_not_equal(first->pose.camera_to_world, other->pose.camera_to_world,
-                            sizeof first->pose.camera_to_world);
-    vw_next_candidates_free(&first, first_count);
-    vw_next_candidates_free(&second, second_count);
-    vw_next_candidates_free(&other, other_count);
+    struct vw_camera_path first, second, other;
+    ASSERT_OK(vw_next_candidates_make(&known->photos, &first));
+    ASSERT_OK(vw_next_candidates_make(&known->photos, &second));
+    known->photos.seed = SEED + 1;
+    ASSERT_OK(vw_next_candidates_make(&known->photos, &other));
+    assert_int_equal(first.count, second.count);
+    for (uint32_t c = 0; c < first.count; c++)
+        assert_memory_equal(first.frames[c].camera_to_world, second.frames[c].camera_to_world,
+                            sizeof first.frames[c].camera_to_world);
+    assert_memory_not_equal(first.frames->camera_to_world, other.frames->camera_to_world,
+                            sizeof first.frames->camera_to_world);
+    vw_camera_path_free(&first);
+    vw_camera_path_free(&second);
+    vw_camera_path_free(&other);
     free_known(known);
 }
 
@@ -300,11 +294,10 @@ TEST(half_of_the_poses_lie_between_cameras_and_some_look_at_targets) {
     struct vw_pose_base bases[CAMERAS] = {0};
     uint32_t inside = 0, at_target = 0;
     for (uint32_t v = 0; v < CAMERAS; v++)
-        bases[v] = (struct vw_pose_base){.view = v, .target_count = 1, .targets_world = {{0, 0, -0.5}}};
-    const struct vw_pose_bases all = {&known->scene, &known->scales, bases, CAMERAS, SEED};
+        bases[v] = (struct vw_pose_base){.target_count = 1, .targets_world = {{0, 0, -0.5}}};
     for (uint32_t n = 0; n < 40 * CAMERAS; n++) {
         double pose[3][4], place[3], off_focus = 0, off_target = 0;
-        assert_true(vw_pose_draw(&all, n % CAMERAS, n / CAMERAS, pose));
+        assert_true(vw_pose_draw(&known->photos, bases, n % CAMERAS, n / CAMERAS, pose));
         for (int k = 0; k < 3; k++)
             place[k] = pose[0][k] * pose[0][3] + pose[1][k] * pose[1][3] + pose[2][k] * pose[2][3];
         off_focus = hypot(place[0], place[1]); // the origin's distance from the axis
@@ -325,7 +318,7 @@ TEST(maps_know_their_surface_and_who_sees_it) {
         struct vw_sight sight;
         uint32_t seen = 0;
         for (uint32_t pixel = 0; pixel < VW_DEPTH_MAP_PIXELS; pixel++) {
-            if (!vw_depth_map_point(&known->maps[v], pixel, &sight)) continue;
+            if (!vw_depth_map_point(&known->photos.maps[v], pixel, &sight)) continue;
             const double *point = sight.point_world;
             seen++;
             double off = fabs(point[2] + 0.9);
@@ -335,28 +328,52 @@ TEST(maps_know_their_surface_and_who_sees_it) {
                 off = fmin(off, fabs(sqrt(dot(away, away)) - world->balls[b].radius));
             }
             assert_near(off, 0, 1e-5);
-            assert_true(vw_depth_map_sees(&known->maps[v], &sight));
+            assert_true(vw_depth_map_sees(&known->photos.maps[v], &sight));
         }
-        assert_int_equal(known->maps[v].seen_count, seen);
+        assert_int_equal(known->photos.maps[v].seen_count, seen);
     }
     const struct vw_sight behind = {{3, 0.8, 1}, {-0.79, 0, 0}}, before = {{3, 0.8, 1}, {0.79, 0, 0}},
                           away = {{3, 0.8, 1}, {6, 0, 0.3}}, inside = {{0, 0, 0}, {0.79, 0, 0}};
-    assert_true(vw_depth_map_sees(&known->maps[1], &before));
-    assert_false(vw_depth_map_sees(&known->maps[1], &behind));
-    assert_false(vw_depth_map_sees(&known->maps[1], &away));
-    assert_false(vw_depth_map_sees(&known->maps[1], &inside)); // its other side
-    assert_int_equal(vw_depth_maps_count_seeing(known->maps, CAMERAS, &before, 2), 2);
+    assert_true(vw_depth_map_sees(&known->photos.maps[1], &before));
+    assert_false(vw_depth_map_sees(&known->photos.maps[1], &behind));
+    assert_false(vw_depth_map_sees(&known->photos.maps[1], &away));
+    assert_false(vw_depth_map_sees(&known->photos.maps[1], &inside)); // its other side
+    free_known(known);
+}
+
+TEST(points_know_how_many_maps_see_them) {
+    struct known *known = make_known(&worlds[0]);
+    const struct vw_known_photos *photos = &known->photos;
+    double medians[CAMERAS];
+    for (uint32_t v = 0; v < CAMERAS; v++) {
+        const struct vw_seen_points *points = &photos->points[v];
+        struct vw_seen_points limited;
+        assert_in_range(points->count, 1, VW_SEEN_POINTS_MOST);
+        vw_seen_points_find(&photos->maps[v], photos->maps, CAMERAS, 2, &limited);
+        assert_int_equal(limited.count, points->count);
+        for (uint32_t k = 0; k < points->count; k++) {
+            struct vw_sight sight;
+            uint32_t seeing = 0;
+            memcpy(sight.point_world, points->points_world[k], sizeof sight.point_world);
+            for (int i = 0; i < 3; i++) sight.from_world[i] = photos->maps[v].pose.camera_to_world[i][3];
+            for (uint32_t other = 0; other < CAMERAS; other++)
+                seeing += vw_depth_map_sees(&photos->maps[other], &sight);
+            assert_near(points->seen_by[k], seeing, 0);
+            assert_near(limited.seen_by[k], seeing < 2 ? seeing : 2, 0);
+        }
+        medians[v] = vw_seen_points_median(points) - 1;
+    }
+    assert_near(photos->usual_seen_by, vw_median(medians, CAMERAS), 0);
     free_known(known);
 }
 
 TEST(a_world_without_matter_has_no_places) {
     const struct world empty = {.name = "empty", .place = on_ring};
     struct known *known = make_known(&empty);
-    struct vw_candidate *candidates = NULL;
-    uint32_t count = 0;
-    assert_int_equal(vw_next_candidates_make(&known->params, &candidates, &count), VW_ERROR_INPUT);
+    struct vw_camera_path candidates;
+    assert_int_equal(vw_next_candidates_make(&known->photos, &candidates), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "empty: no place"));
-    assert_null(candidates);
+    vw_camera_path_free(&candidates);
     free_known(known);
 }
 
@@ -374,38 +391,77 @@ TEST(reasons_follow_from_photos_and_errors) {
         {{2.9, -0.6, 0.5}, {9, -2, 9}, 1u << VW_EXTRAPOLATES | 1u << VW_SEES_NOTHING},
         {{4.4, -0.9, 0.5}, {0, 0, 0}, 0}, // farther than usual, and seen
     };
-    const uint32_t val_views[3] = {0, 12, 6};
-    const double val_mse[3] = {0.01, 0.02, 0.015};
     struct known *known = make_known(&worlds[0]);
-    struct vw_candidate candidates[VW_ARRAY_COUNT(places)] = {0};
+    struct vw_view frames[VW_ARRAY_COUNT(places)] = {0};
     struct vw_proposal proposals[VW_ARRAY_COUNT(places)] = {0};
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) {
-        struct vw_camera *camera = &candidates[p].pose.camera;
+        struct vw_camera *camera = &frames[p].camera;
         *camera = vw_camera_pinhole(&known->views[0].camera);
         if (p == 2 || p == 5) camera->focal_x_px = camera->focal_y_px = 250;
-        assert_true(vw_camera_look_at(places[p].position, places[p].target, up, candidates[p].pose.camera_to_world));
-        proposals[p].candidate = p;
+        assert_true(vw_camera_look_at(places[p].position, places[p].target, up, frames[p].camera_to_world));
+        proposals[p].pose = &frames[p];
     }
-    struct vw_known_views views = {.scene = &known->scene,
-                                   .scales = known->scales,
-                                   .views = known->list,
-                                   .count = CAMERAS,
-                                   .val_views = val_views,
-                                   .val_mse = val_mse,
-                                   .val_count = 3};
-    struct vw_next next = {.candidates = candidates,
-                           .candidate_count = VW_ARRAY_COUNT(places),
+    struct vw_next next = {.candidates = {frames, VW_ARRAY_COUNT(places)},
                            .proposals = proposals,
                            .proposal_count = VW_ARRAY_COUNT(places)};
-    ASSERT_OK(vw_next_find_reasons(&views, known->maps, &known->params.depths, &next));
+    ASSERT_OK(vw_next_find_reasons(&known->photos, &next));
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) assert_int_equal(proposals[p].reasons, places[p].reasons);
     assert_int_equal(proposals[0].nearest_view, 23);
     assert_int_equal(proposals[1].nearest_view, 11);
     assert_true(proposals[0].seen_by > 2 * proposals[3].seen_by);
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) proposals[p].reasons = 0;
-    views.val_count = 2; // too few for a median
-    ASSERT_OK(vw_next_find_reasons(&views, known->maps, &known->params.depths, &next));
+    known->photos.val_count = 2; // too few for a median
+    ASSERT_OK(vw_next_find_reasons(&known->photos, &next));
     assert_int_equal(proposals[1].reasons, 1u << VW_BETWEEN_PHOTOS);
+    free_known(known);
+}
+
+// Returns what a candidate gains beside the known photos and those picked before, by its definition.
+static double gain_of(const struct known *known, const struct vw_view *frames, uint32_t candidate,
+                      const uint32_t *picks, uint32_t pick_count) {
+    const struct vw_view_scales *scales = &known->photos.scales;
+    double least = INFINITY, sum = 0, weights = 0;
+    for (uint32_t v = 0; v < CAMERAS; v++)
+        least = fmin(least, vw_view_apart(scales, &frames[candidate], &known->views[v]));
+    for (uint32_t k = 0; k < pick_count; k++)
+        least = fmin(least, vw_view_apart(scales, &frames[candidate], &frames[picks[k]]));
+    for (uint32_t v = 0; v < 3; v++) {
+        double weight = 1 / (pow(vw_view_apart(scales, &frames[candidate], &known->views[CAMERAS + v]), 2) + 0.25);
+        sum += weight * (double[]){0.01, 0.02, 0.015}[v];
+        weights += weight;
+    }
+    return least * sqrt(sum / weights);
+}
+
+TEST(the_farthest_by_error_are_picked_one_after_another) {
+    enum { COUNT = 40, WANTED = 12 };
+    struct known *known = make_known(&worlds[0]);
+    struct vw_camera_path made;
+    uint32_t picks[COUNT];
+    double gains[COUNT], first_gains[COUNT];
+    ASSERT_OK(vw_next_candidates_make(&known->photos, &made));
+    assert_true(made.count >= COUNT);
+    made.frames[COUNT - 1] = made.frames[0]; // a copy
+    const struct vw_camera_path candidates = {made.frames, COUNT};
+    ASSERT_OK(vw_farthest_pick(&known->photos, &candidates, WANTED, picks, gains, first_gains));
+    for (uint32_t i = 0; i < COUNT; i++) assert_near(first_gains[i], gain_of(known, made.frames, i, NULL, 0), 1e-12);
+    for (uint32_t k = 0; k < WANTED; k++) {
+        assert_near(gains[k], gain_of(known, made.frames, picks[k], picks, k), 1e-12);
+        for (uint32_t i = 0; i < COUNT; i++) assert_true(gain_of(known, made.frames, i, picks, k) <= gains[k] + 1e-12);
+    }
+    ASSERT_OK(vw_farthest_pick(&known->photos, &candidates, COUNT, picks, gains, first_gains)); // all of them, once
+    vw_sort_places(picks, COUNT);
+    for (uint32_t i = 0; i < COUNT; i++) assert_int_equal(picks[i], i);
+    memset(known->photos.val_mse, 0, 3 * sizeof(double)); // without errors, distances decide
+    ASSERT_OK(vw_farthest_pick(&known->photos, &candidates, 1, picks, gains, first_gains));
+    double farthest = 0, own = 0, apart;
+    for (uint32_t i = 0; i < COUNT; i++) {
+        vw_view_nearest(&known->scene, &known->photos.scales, known->photos.views, CAMERAS, &made.frames[i], &apart);
+        farthest = fmax(farthest, apart);
+        if (i == picks[0]) own = apart;
+    }
+    assert_near(own, farthest, 0);
+    vw_camera_path_free(&made);
     free_known(known);
 }
 
@@ -413,12 +469,10 @@ TEST(a_move_is_along_the_axes_of_the_nearest_photo) {
     const double steps[3] = {0.4, -0.2, -0.1}, left = 40 * M_PI / 180, down = 20 * M_PI / 180;
     const double back[3] = {sin(left) * cos(down), sin(down), cos(left) * cos(down)};
     struct known *known = make_known(&worlds[0]);
-    const struct vw_known_views views = {
-        .scene = &known->scene, .scales = known->scales, .views = known->list, .count = CAMERAS};
-    double usual_world = known->scales.between_world * known->scales.typical;
+    double usual_world = known->photos.scales.between_world * known->photos.scales.typical;
     known->views[7].name = (char *)"set/view_007";
     struct vw_view pose = known->views[7];
-    char *same = vw_next_describe_move(&views, &pose);
+    char *same = vw_next_describe_move(&known->photos, &pose);
     assert_string_equal(same, "view_007: the same place");
     free(same);
     for (int i = 0; i < 3; i++) {
@@ -426,7 +480,7 @@ TEST(a_move_is_along_the_axes_of_the_nearest_photo) {
         pose.camera_to_world[i][3] += usual_world * dot(row, steps);
         pose.camera_to_world[i][2] = dot(row, back);
     }
-    char *move = vw_next_describe_move(&views, &pose);
+    char *move = vw_next_describe_move(&known->photos, &pose);
     assert_string_equal(move, "view_007: 0.4 right, 0.2 down, 0.1 forward; turn 40 deg left, 20 deg down");
     free(move);
     free_known(known);
@@ -437,7 +491,8 @@ TEST(portraits_have_the_lens_of_landscapes) {
                               {.camera = {.width_px = 30, .height_px = 40, .focal_x_px = 31}},
                               {.camera = {.width_px = 40, .height_px = 30, .focal_x_px = 32}}};
     const struct vw_scene scene = {.views = views, .view_count = 3};
-    assert_int_equal(vw_usual_view(&scene, (uint32_t[]){0, 1, 2}, 3), 1);
+    const struct vw_known_photos known = {.scene = &scene, .views = (uint32_t[]){0, 1, 2}, .count = 3};
+    assert_int_equal(vw_known_photos_usual(&known), 1);
 }
 
 TEST(words_of_reasons_are_known_and_joined) {

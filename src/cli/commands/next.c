@@ -8,17 +8,17 @@
 #include "run/next/proposals_json.h"
 #include "run/next/reasons.h"
 
-static json_t *alone_to_json(const struct vw_candidate *candidate, double gain) {
-    const double(*pose)[4] = candidate->pose.camera_to_world;
-    return json_pack("{s:o, s:o, s:[fff]}", "name", vw_json_string(candidate->name), "gain", vw_json_real(gain),
-                     "position", pose[0][3], pose[1][3], pose[2][3]);
+static json_t *alone_to_json(const struct vw_view *view, double gain) {
+    const double(*pose)[4] = view->camera_to_world;
+    return json_pack("{s:o, s:o, s:[fff]}", "name", vw_json_string(view->name), "gain", vw_json_real(gain), "position",
+                     pose[0][3], pose[1][3], pose[2][3]);
 }
 
 // Adds what each place would gain alone to what next.json has.
 static json_t *to_json(const struct vw_options *options, const struct vw_next *next) {
     json_t *root = vw_proposals_to_json(next), *alone = json_array();
-    for (uint32_t i = 0; i < next->candidate_count; i++)
-        vw_json_append(&alone, alone_to_json(&next->candidates[i], next->first_gains[i]));
+    for (uint32_t i = 0; i < next->candidates.count; i++)
+        vw_json_append(&alone, alone_to_json(&next->candidates.frames[i], next->first_gains[i]));
     vw_json_set(&root, "candidates", alone);
     vw_json_set(&root, "to", vw_json_string(options->to));
     return root;
@@ -26,7 +26,7 @@ static json_t *to_json(const struct vw_options *options, const struct vw_next *n
 
 static void print_row(const struct vw_next *next, uint32_t place) {
     const struct vw_proposal *proposal = &next->proposals[place];
-    const char *name = next->candidates[proposal->candidate].name;
+    const char *name = proposal->pose->name;
     char reasons[128], seen_by[64];
     vw_next_print_reasons(proposal->reasons, reasons, sizeof reasons);
     snprintf(seen_by, sizeof seen_by, "%.0f of %u photos", proposal->seen_by, next->photo_count);
@@ -35,7 +35,8 @@ static void print_row(const struct vw_next *next, uint32_t place) {
 }
 
 static void print_text(const struct vw_options *options, const struct vw_next *next) {
-    vw_print("%u of %u places, %s first\n", next->proposal_count, next->candidate_count, next->summary);
+    vw_print("%u of %u places, the farthest from photos first, weighted by the error there\n", next->proposal_count,
+             next->candidates.count);
     vw_print(" n  distance  seen by           why                        from the nearest photo\n");
     for (uint32_t k = 0; k < next->proposal_count; k++) print_row(next, k);
     vw_print("renders  %s/" VW_NEXT_RENDER_NAME " ...; viewworth report %s shows the places on its map\n",
@@ -47,7 +48,6 @@ enum vw_status vw_command_next(const struct vw_options *options) {
     const struct vw_next_params params = {.out = options->operand,
                                           .among = options->among,
                                           .to = options->to,
-                                          .method = options->method,
                                           .device = options->device,
                                           .count = options->proposals};
     struct vw_next next;

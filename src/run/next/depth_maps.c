@@ -79,24 +79,21 @@ bool vw_depth_map_sees(const struct vw_depth_map *map, const struct vw_sight *si
     return depth <= BEHIND_MOST * (double)map->depths_world[(int)row * VW_DEPTH_MAP_WIDTH_PX + (int)column];
 }
 
-uint32_t vw_sparse_pixel(uint32_t place) {
-    uint32_t across = VW_DEPTH_MAP_WIDTH_PX / 2;
-    return place / across * 2 * VW_DEPTH_MAP_WIDTH_PX + place % across * 2;
+void vw_seen_points_find(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count, uint32_t most,
+                         struct vw_seen_points *points) {
+    points->count = 0;
+    for (uint32_t pixel = 0; pixel < VW_DEPTH_MAP_PIXELS; pixel += 2) {
+        struct vw_sight sight;
+        if (pixel / VW_DEPTH_MAP_WIDTH_PX % 2 || !vw_depth_map_point(map, pixel, &sight)) continue;
+        uint32_t seeing = 0;
+        for (uint32_t i = 0; i < count && seeing < most; i++) seeing += vw_depth_map_sees(&maps[i], &sight);
+        memcpy(points->points_world[points->count], sight.point_world, sizeof sight.point_world);
+        points->seen_by[points->count++] = seeing;
+    }
 }
 
-uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const struct vw_sight *sight,
-                                    uint32_t most) {
-    uint32_t seeing = 0;
-    for (uint32_t i = 0; i < count && seeing < most; i++) seeing += vw_depth_map_sees(&maps[i], sight);
-    return seeing;
-}
-
-double vw_depth_map_seen_by(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count) {
-    double seeing[VW_SPARSE_PIXELS];
-    struct vw_sight sight;
-    uint32_t points = 0;
-    for (uint32_t i = 0; i < VW_SPARSE_PIXELS; i++)
-        if (vw_depth_map_point(map, vw_sparse_pixel(i), &sight))
-            seeing[points++] = vw_depth_maps_count_seeing(maps, count, &sight, count);
-    return points ? vw_median(seeing, points) : 0;
+double vw_seen_points_median(const struct vw_seen_points *points) {
+    double seen_by[VW_SEEN_POINTS_MOST];
+    memcpy(seen_by, points->seen_by, points->count * sizeof *seen_by);
+    return points->count ? vw_median(seen_by, points->count) : 0;
 }

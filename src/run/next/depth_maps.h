@@ -10,7 +10,7 @@
 
 enum { VW_DEPTH_MAP_WIDTH_PX = 24, VW_DEPTH_MAP_HEIGHT_PX = 18 };
 enum { VW_DEPTH_MAP_PIXELS = VW_DEPTH_MAP_WIDTH_PX * VW_DEPTH_MAP_HEIGHT_PX };
-enum { VW_SPARSE_PIXELS = VW_DEPTH_MAP_PIXELS / 4 }; // every second column of every second row
+enum { VW_SEEN_POINTS_MOST = VW_DEPTH_MAP_PIXELS / 4 };
 
 // Renders the depths of poses of the same size, one after another, owned by the caller: vw_trainer_render_poses(), or
 // what a test puts in its place.
@@ -41,12 +41,18 @@ bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, struct v
 // Returns whether the map's camera sees the same side of a point: it is in the picture, at most a tenth deeper than
 // what is there, and the two rays to it are at most 60 degrees apart.
 bool vw_depth_map_sees(const struct vw_depth_map *map, const struct vw_sight *sight);
-// Counts the maps that see it, up to `most`.
-uint32_t vw_depth_maps_count_seeing(const struct vw_depth_map *maps, uint32_t count, const struct vw_sight *sight,
-                                    uint32_t most);
-// Returns the place-th of the VW_SPARSE_PIXELS pixels, whose points are a sample of all.
-uint32_t vw_sparse_pixel(uint32_t place);
-// Returns the median, over the points of a map, of the number of other maps that see them; 0 where nothing is there.
-double vw_depth_map_seen_by(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count);
+
+// Points that a pose sees, by every second pixel of every second row of its map, and the maps that see each of them.
+struct vw_seen_points {
+    double points_world[VW_SEEN_POINTS_MOST][3];
+    double seen_by[VW_SEEN_POINTS_MOST]; // maps, up to a limit
+    uint32_t count;                      // 0: it sees nothing
+};
+
+// Finds them among `count` maps; of each point, no more than `most` maps are looked for.
+void vw_seen_points_find(const struct vw_depth_map *map, const struct vw_depth_map *maps, uint32_t count, uint32_t most,
+                         struct vw_seen_points *points);
+// Returns the median of the maps that see a point; 0 without points.
+double vw_seen_points_median(const struct vw_seen_points *points);
 
 #endif

@@ -5,31 +5,14 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/statistics.h"
-
-enum axis { RIGHT, UP, BACK, POSITION }; // columns of camera_to_world
-
-static double square_between(const struct vw_view *a, const struct vw_view *b) {
-    double step[3];
-    for (int i = 0; i < 3; i++) step[i] = a->camera_to_world[i][POSITION] - b->camera_to_world[i][POSITION];
-    return vw_dot(step, step, 3);
-}
-
-static const struct vw_view *find_nearest(const struct vw_known_views *known, const struct vw_view *pose) {
-    const struct vw_view *nearest = &known->scene->views[known->views[0]];
-    for (uint32_t i = 1; i < known->count; i++) {
-        const struct vw_view *photo = &known->scene->views[known->views[i]];
-        if (square_between(photo, pose) < square_between(nearest, pose)) nearest = photo;
-    }
-    return nearest;
-}
 
 // Returns a column of a pose along the axes of a photo; its position from there.
-static void express(const struct vw_view *photo, const struct vw_view *pose, enum axis column, double along[3]) {
+static void express(const struct vw_view *photo, const struct vw_view *pose, enum vw_pose_column column,
+                    double along[3]) {
     for (int axis = 0; axis < 3; axis++) {
         along[axis] = 0;
         for (int i = 0; i < 3; i++) {
-            double start = column == POSITION ? photo->camera_to_world[i][POSITION] : 0;
+            double start = column == VW_POSE_POSITION ? photo->camera_to_world[i][VW_POSE_POSITION] : 0;
             along[axis] += photo->camera_to_world[i][axis] * (pose->camera_to_world[i][column] - start);
         }
     }
@@ -45,18 +28,18 @@ static void append(char *text, size_t size_bytes, const char *separator, double 
     if (used < size_bytes) snprintf(text + used, size_bytes - used, " %s", amount > 0 ? above : below);
 }
 
-char *vw_next_describe_move(const struct vw_known_views *known, const struct vw_view *pose) {
+char *vw_next_describe_move(const struct vw_known_photos *known, const struct vw_view *pose) {
     static const char *const names[3][2] = {{"right", "left"}, {"up", "down"}, {"back", "forward"}};
-    const struct vw_view *photo = find_nearest(known, pose);
+    const struct vw_view *photo = vw_known_photo(known, vw_known_photos_nearest(known, pose));
     double step[3], back[3], usual_world = known->scales.between_world * known->scales.typical;
     char steps[128] = "", turns[128] = "";
-    express(photo, pose, POSITION, step);
-    express(photo, pose, BACK, back);
+    express(photo, pose, VW_POSE_POSITION, step);
+    express(photo, pose, VW_POSE_BACK, back);
     for (int axis = 0; axis < 3; axis++)
         append(steps, sizeof steps, *steps ? ", " : "", step[axis] / usual_world, 0.1, "%.1f", names[axis][0],
                names[axis][1]);
-    double left_deg = atan2(back[RIGHT], back[BACK]) * 180 / M_PI;
-    double up_deg = asin(fmin(fmax(-back[UP], -1), 1)) * 180 / M_PI;
+    double left_deg = atan2(back[VW_POSE_RIGHT], back[VW_POSE_BACK]) * 180 / M_PI;
+    double up_deg = asin(fmin(fmax(-back[VW_POSE_UP], -1), 1)) * 180 / M_PI;
     append(turns, sizeof turns, "turn ", left_deg, 1, "%.0f deg", "left", "right");
     append(turns, sizeof turns, *turns ? ", " : "turn ", up_deg, 1, "%.0f deg", "up", "down");
     const char *folder = strrchr(photo->name, '/');

@@ -19,10 +19,6 @@
 #include "scene/formats/transforms.h"
 #include "train/trainer.h"
 
-static const struct vw_view *pose_of(const struct vw_proposal_files *files, uint32_t place) {
-    return &files->next->candidates[files->next->proposals[place].candidate].pose;
-}
-
 // Returns the path of a render, owned by the caller; NULL: memory is short.
 static char *name_render(const char *out, uint32_t place) {
     return vw_format_text("%s/" VW_NEXT_RENDER_NAME, out, place + 1);
@@ -31,7 +27,7 @@ static char *name_render(const char *out, uint32_t place) {
 // ---- Renders -------------------------------------------------------------------------------------------------------
 
 static enum vw_status render_proposal(const struct vw_proposal_files *files, uint32_t place) {
-    struct vw_view pose = *pose_of(files, place);
+    struct vw_view pose = *files->next->proposals[place].pose;
     double factor = fmin(1, VW_NEXT_RENDER_WIDTH_MOST_PX / (double)pose.camera.width_px);
     pose.camera = vw_camera_resized(&pose.camera, (uint32_t)lround(factor * pose.camera.width_px),
                                     (uint32_t)fmax(1, lround(factor * pose.camera.height_px)));
@@ -69,7 +65,7 @@ static enum vw_status remove_rest(const struct vw_proposal_files *files) {
 static json_t *frame_to_json(const struct vw_proposal_files *files, uint32_t place) {
     char render[32], reasons[128] = "";
     snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
-    json_t *frame = vw_transforms_frame_to_json(pose_of(files, place), render, NULL, true);
+    json_t *frame = vw_transforms_frame_to_json(files->next->proposals[place].pose, render, NULL, true);
     vw_next_print_reasons(files->next->proposals[place].reasons, reasons, sizeof reasons);
     vw_json_set(&frame, "reason", json_string(reasons));
     return frame;
@@ -88,7 +84,7 @@ static enum vw_status write_pyramids(const struct vw_proposal_files *files) {
     struct vw_camera_pyramid *pyramids = vw_allocate(count, sizeof *pyramids);
     if (!pyramids) return VW_ERROR_MEMORY;
     for (uint32_t k = 0; k < count; k++) {
-        pyramids[k].view = pose_of(files, k);
+        pyramids[k].view = files->next->proposals[k].pose;
         vw_rank_colour(count > 1 ? 1 - k / (double)(count - 1) : 1, pyramids[k].rgb);
     }
     const struct vw_camera_pyramids all = {pyramids, count, vw_camera_pyramid_depth(files->scene)};
@@ -105,10 +101,12 @@ static enum vw_status write_poses(const struct vw_proposal_files *files) {
 enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files) {
     char *list = vw_path_join(files->out, VW_NEXT_FILE);
     enum vw_status status = list ? write_poses(files) : VW_ERROR_MEMORY;
+    bool written = !status;
     if (!status) status = remove_list(list);
     for (uint32_t k = 0; k < files->next->proposal_count && !status; k++) status = render_proposal(files, k);
     if (!status) status = remove_rest(files);
     if (!status) status = vw_json_write_file(list, vw_proposals_to_json(files->next));
+    if (status && written && files->to) unlink(files->to); // it names renders that are not there
     free(list);
     return status;
 }

@@ -19,7 +19,8 @@ struct vw_proposal_files { // all borrowed
 };
 
 // Writes `to`, then replaces what an earlier call left in OUT: removes next.json, writes what each pose would see,
-// removes further renders, and writes next.json last. So a killed call leaves none that is of other renders. An effect
+// removes further renders, and writes next.json last. So a killed call leaves none that is of other renders. After a
+// failure there is no `to`. An effect
 // that sees photos sees a pose by its nearest photo.
 enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files);
 

@@ -22,12 +22,12 @@ static json_t *reasons_to_json(uint32_t reasons) {
 
 static json_t *proposal_to_json(const struct vw_next *next, uint32_t place) {
     const struct vw_proposal *proposal = &next->proposals[place];
-    const struct vw_candidate *candidate = &next->candidates[proposal->candidate];
-    const double(*pose)[4] = candidate->pose.camera_to_world;
+    const struct vw_view *view = proposal->pose;
+    const double(*pose)[4] = view->camera_to_world;
     char render[32];
     snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
     return json_pack("{s:o, s:[fff], s:[fff], s:o, s:o, s:o, s:f, s:o, s:o, s:o, s:s}", "name",
-                     vw_json_string(candidate->name), "position", pose[0][3], pose[1][3], pose[2][3], "direction",
+                     vw_json_string(view->name), "position", pose[0][3], pose[1][3], pose[2][3], "direction",
                      -pose[0][2], -pose[1][2], -pose[2][2], "camera_to_world", vw_pose_to_json(pose), "gain",
                      vw_json_real(proposal->gain), "reasons", reasons_to_json(proposal->reasons), "seen_by",
                      proposal->seen_by, "nearest", vw_json_string(proposal->nearest), "distance",
@@ -38,7 +38,6 @@ json_t *vw_proposals_to_json(const struct vw_next *next) {
     json_t *root = json_object(), *proposals = json_array();
     for (uint32_t k = 0; k < next->proposal_count; k++) vw_json_append(&proposals, proposal_to_json(next, k));
     vw_json_set(&root, "scene_hash", json_string(next->scene_hash));
-    vw_json_set(&root, "method", json_string(next->method));
     vw_json_set(&root, "proposals", proposals);
     return root;
 }

@@ -9,7 +9,7 @@
 enum { VW_NEXT_LIMIT_BYTES = 16 << 20 };
 #define VW_NEXT_RENDER_NAME "next_%02u.png" // in OUT, the first is 1
 
-// Makes {"scene_hash": hex, "method": name, "proposals": [...]}. A proposal has its position and unit direction of view
+// Makes {"scene_hash": hex, "proposals": [...]}. A proposal has its position and unit direction of view
 // in world coordinates, camera_to_world, the gain, reasons (words of run/next/reasons.h), how many known photos see
 // what it would see (seen_by), the nearest known photo and its distance (1 is usual between neighbours), the way there
 // from the nearest position of a known photo (move), its render, and its name in the file that it was chosen from

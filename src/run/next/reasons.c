@@ -34,79 +34,60 @@ bool vw_next_reason_is_known(const char *word) {
     return false;
 }
 
-struct usual {
-    double seen_by, mse; // medians over known photos, of others that see what they see, and over validation photos
-};
-
-static enum vw_status find_usual(const struct vw_known_views *known, const struct vw_depth_map *maps,
-                                 struct usual *usual) {
-    double *values = vw_allocate(known->count + known->val_count, sizeof *values);
+static enum vw_status find_usual_mse(const struct vw_known_photos *known, double *usual) {
+    double *values = vw_allocate(known->val_count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < known->count; i++)
-        values[i] = fmax(vw_depth_map_seen_by(&maps[i], maps, known->count) - 1, 0); // without itself
-    usual->seen_by = vw_median(values, known->count);
     for (uint32_t i = 0; i < known->val_count; i++) values[i] = known->val_mse[i];
-    usual->mse = vw_median(values, known->val_count);
+    *usual = vw_median(values, known->val_count);
     free(values);
     return VW_OK;
 }
 
-// Finds the place of the nearest of some views.
-static uint32_t find_nearest(const struct vw_known_views *known, const uint32_t *views, uint32_t count,
-                             const struct vw_view *pose, double *apart) {
-    uint32_t nearest = 0;
-    *apart = INFINITY;
-    for (uint32_t i = 0; i < count; i++) {
-        double distance = vw_view_apart(&known->scales, pose, &known->scene->views[views[i]]);
-        if (distance < *apart) *apart = distance, nearest = i;
-    }
-    return nearest;
-}
-
-static void find_neighbours(const struct vw_known_views *known, const struct usual *usual, const struct vw_view *pose,
+static void find_neighbours(const struct vw_known_photos *known, double usual_mse, const struct vw_view *pose,
                             struct vw_proposal *proposal) {
+    const struct vw_view_scales *scales = &known->scales;
     double apart;
-    uint32_t nearest = find_nearest(known, known->views, known->count, pose, &proposal->apart);
+    uint32_t nearest = vw_view_nearest(known->scene, scales, known->views, known->count, pose, &proposal->apart);
     proposal->nearest_view = known->views[nearest];
     if (proposal->apart > FAR_LEAST) proposal->reasons |= 1u << VW_EXTRAPOLATES;
     if (known->val_count < VAL_LEAST) return;
-    nearest = find_nearest(known, known->val_views, known->val_count, pose, &apart);
-    if (apart <= FAR_LEAST && known->val_mse[nearest] > usual->mse) proposal->reasons |= 1u << VW_HIGH_ERROR;
+    nearest = vw_view_nearest(known->scene, scales, known->val_views, known->val_count, pose, &apart);
+    if (apart <= FAR_LEAST && known->val_mse[nearest] > usual_mse) proposal->reasons |= 1u << VW_HIGH_ERROR;
 }
 
-static void add_seen(const struct usual *usual, const struct vw_depth_map *map, double seen_by,
+static void add_seen(const struct vw_known_photos *known, const struct vw_depth_map *map,
                      struct vw_proposal *proposal) {
-    proposal->seen_by = seen_by;
+    struct vw_seen_points points;
+    vw_seen_points_find(map, known->maps, known->count, known->count, &points);
+    proposal->seen_by = vw_seen_points_median(&points);
     if (!map->seen_count) proposal->reasons |= 1u << VW_SEES_NOTHING;
-    else if (seen_by <= FEW_MOST * usual->seen_by) proposal->reasons |= 1u << VW_SEEN_BY_FEW;
+    else if (proposal->seen_by <= FEW_MOST * known->usual_seen_by) proposal->reasons |= 1u << VW_SEEN_BY_FEW;
     if (!proposal->reasons && proposal->apart < 1) proposal->reasons = 1u << VW_BETWEEN_PHOTOS;
 }
 
-static enum vw_status map_proposals(const struct vw_next *next, const struct vw_depth_source *depths,
+static enum vw_status map_proposals(const struct vw_known_photos *known, const struct vw_next *next,
                                     struct vw_depth_map **maps) {
     struct vw_view *poses = vw_allocate(next->proposal_count, sizeof *poses);
     uint32_t *views = vw_allocate(next->proposal_count, sizeof *views);
     enum vw_status status = poses && views ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t k = 0; k < next->proposal_count && !status; k++) {
-        poses[k] = next->candidates[next->proposals[k].candidate].pose;
+        poses[k] = *next->proposals[k].pose;
         views[k] = next->proposals[k].nearest_view;
     }
-    if (!status) status = vw_depth_maps_make(depths, views, poses, next->proposal_count, maps);
+    if (!status) status = vw_depth_maps_make(&known->depths, views, poses, next->proposal_count, maps);
     free(poses);
     free(views);
     return status;
 }
 
-enum vw_status vw_next_find_reasons(const struct vw_known_views *known, const struct vw_depth_map *maps,
-                                    const struct vw_depth_source *depths, struct vw_next *next) {
-    struct usual usual = {0};
-    struct vw_depth_map *own = NULL;
-    enum vw_status status = find_usual(known, maps, &usual);
+enum vw_status vw_next_find_reasons(const struct vw_known_photos *known, struct vw_next *next) {
+    struct vw_depth_map *maps = NULL;
+    double usual_mse = 0;
+    enum vw_status status = find_usual_mse(known, &usual_mse);
     for (uint32_t k = 0; k < next->proposal_count && !status; k++)
-        find_neighbours(known, &usual, &next->candidates[next->proposals[k].candidate].pose, &next->proposals[k]);
-    if (!status) status = map_proposals(next, depths, &own);
-    for (uint32_t k = 0; k < next->proposal_count && !status; k++)
-        add_seen(&usual, &own[k], vw_depth_map_seen_by(&own[k], maps, known->count), &next->proposals[k]);
-    free(own);
+        find_neighbours(known, usual_mse, next->proposals[k].pose, &next->proposals[k]);
+    if (!status) status = map_proposals(known, next, &maps);
+    for (uint32_t k = 0; k < next->proposal_count && !status; k++) add_seen(known, &maps[k], &next->proposals[k]);
+    free(maps);
     return status;
 }

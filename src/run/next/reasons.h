@@ -2,8 +2,7 @@
 #ifndef VIEWWORTH_RUN_NEXT_REASONS_H
 #define VIEWWORTH_RUN_NEXT_REASONS_H
 
-#include "run/next/candidate_scores.h"
-#include "run/next/depth_maps.h"
+#include "run/next/known_photos.h"
 #include "run/next/proposals.h"
 
 enum vw_next_reason {
@@ -30,8 +29,7 @@ bool vw_next_reason_is_known(const char *word);
 //   extrapolates    is more than two usual distances away from the nearest known photo,
 //   between photos  has none of these reasons, and is less than a usual distance away from the nearest known photo,
 //   sees nothing    sees no matter; it is not said to be seen by few.
-// Other places have no reason. `maps` are those of the known photos.
-enum vw_status vw_next_find_reasons(const struct vw_known_views *known, const struct vw_depth_map *maps,
-                                    const struct vw_depth_source *depths, struct vw_next *next);
+// Other places have no reason.
+enum vw_status vw_next_find_reasons(const struct vw_known_photos *known, struct vw_next *next);
 
 #endif

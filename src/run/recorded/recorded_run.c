@@ -98,18 +98,22 @@ enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
                    run->ledger_path, run->row.scene_path);
 }
 
-enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, bool validates, struct vw_trainer **trainer) {
+enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer) {
     const struct vw_trainer_params params = {.gpu = run->gpu,
                                              .scene = run->scene,
                                              .config = &run->config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
                                              .awaits_field = true,
-                                             .validate = validates && run->scene->split_count[VW_SPLIT_VAL] > 0,
                                              .binding = &run->binding};
     char *path = vw_path_join(run->out, VW_FIELD_FILE);
     if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_trainer_create(&params, trainer);
+    enum vw_status status = vw_file_exists(path)
+                                ? vw_trainer_create(&params, trainer)
+                                : vw_fail(VW_ERROR_INPUT,
+                                          "%s: is missing, as of a run that has not ended; go on by the command that "
+                                          "began it, with --resume",
+                                          path);
     if (!status) status = vw_trainer_load_field(*trainer, path);
     free(path);
     return status;

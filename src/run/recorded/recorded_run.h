@@ -42,10 +42,9 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
 // index of its views.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
 // Loads the field that the run ended with (OUT/field.vwf) into a trainer that takes no steps. Needs an open scene.
-// `validates`: with validation's passes, where some views validate.
 // VW_ERROR_INPUT for another file than the one whose hash the ledger has.
 // Destroy the trainer also after a failure, before the run is closed.
-enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, bool validates, struct vw_trainer **trainer);
+enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
 void vw_recorded_close(struct vw_recorded_run *run);
 
 #endif

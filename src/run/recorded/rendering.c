@@ -85,7 +85,7 @@ enum vw_status vw_rendering_open(const struct vw_render_params *params, struct v
     enum vw_status status = vw_recorded_open(params->out, &rendering->run);
     if (!status) status = vw_recorded_open_scene(&rendering->run, params->device);
     if (!status) status = choose_view(rendering->run.scene, params->view ? params->view : "0", &rendering->view);
-    return status ? status : vw_recorded_load_field(&rendering->run, false, &rendering->trainer);
+    return status ? status : vw_recorded_load_field(&rendering->run, &rendering->trainer);
 }
 
 void vw_rendering_close(struct vw_rendering *rendering) {

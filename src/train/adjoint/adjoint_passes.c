@@ -373,10 +373,10 @@ static void record_restore(const struct vw_adjoint_passes *backward, struct vw_s
     vw_submission_copy(submission, block, 0, backward->context->field->params, 0, model_of(backward)->param_bytes);
 }
 
-// Records the backward pass from the slopes of the first of validation's rays, as many at a time as a step has.
-static void record_views_back(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                              uint32_t rays) {
+// Records the backward pass from the slopes of validation's rays, as many at a time as a step has.
+static void record_views_back(const struct vw_adjoint_passes *backward, struct vw_submission *submission) {
     const struct vw_step_passes *step = backward->context->step;
+    uint32_t rays = backward->context->validation->evaluator.ray_count;
     for (uint32_t piece = 0; piece < rays; piece += step->padded_rays) {
         uint32_t count = rays - piece < step->padded_rays ? rays - piece : step->padded_rays;
         vw_submission_copy(submission, backward->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
@@ -418,32 +418,9 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
         push.count = validation->evaluator.ray_count;
         vw_submission_dispatch(submission, backward->normalise_views, &push, sizeof push, 1);
         record_copy(backward, submission, &backward->kept[i], &backward->adjoint.blocks);
-        record_views_back(backward, submission, validation->evaluator.ray_count);
+        record_views_back(backward, submission);
         record_copy(backward, submission, &backward->adjoint.blocks, &backward->kept[i]);
     }
-}
-
-enum vw_status vw_adjoint_pull_back(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                    const struct vw_ray *rays, uint32_t count, float *gradient) {
-    uint64_t bytes = model_of(backward)->param_bytes, padded = pad(backward, count);
-    const struct vw_adjoint_state state = {.unscale = 3.0f * (float)backward->context->step->rays};
-    struct vw_ray *padded_rays = vw_allocate(padded, sizeof *padded_rays);
-    if (!padded_rays) return VW_ERROR_MEMORY;
-    for (uint64_t i = 0; i < padded; i++) { // a ray of no length has no finite gradient where the box is unbounded
-        padded_rays[i] = rays[i < count ? i : 0];
-        if (i >= count) padded_rays[i].target_weight = (vw_float4){0};
-    }
-    memset(gradient, 0, bytes);
-    enum vw_status status = vw_buffer_write(backward->val_rays, 0, padded_rays, padded * sizeof *padded_rays);
-    if (!status) status = vw_buffer_write(backward->state, 0, &state, sizeof state);
-    if (!status) status = vw_buffer_write(backward->adjoint.blocks.lambda, 0, gradient, bytes);
-    free(padded_rays);
-    if (status) return status;
-    vw_submission_begin(submission);
-    record_views_back(backward, submission, (uint32_t)padded);
-    status = vw_submission_submit(submission);
-    if (!status) status = vw_submission_wait(submission);
-    return !status ? vw_buffer_read(backward->adjoint.blocks.lambda, 0, gradient, bytes) : status;
 }
 
 static uint32_t block_vectors(const struct vw_adjoint_passes *backward) {

@@ -97,12 +97,6 @@ void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_
 void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                                 bool by_gradient, uint32_t row);
 
-// Computes the gradient of the sum, over `count` rays that are made as validation's, at most as many as these, of a
-// slope (target_weight.rgb, at most 1 in size) times the ray's colour: a float for every param, 0 for those that belong
-// to photos. Submits, and waits. Overwrites the adjoint.
-enum vw_status vw_adjoint_pull_back(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                    const struct vw_ray *rays, uint32_t count, float *gradient);
-
 // Gives a direction: a float for every param.
 enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward, const float *direction);
 // Adds to the adjoint the curvature of the mean loss of those pixels, at the params `before` in the blocks, times that
