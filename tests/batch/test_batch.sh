@@ -105,7 +105,7 @@ stop() {
 }
 jobs_file short.json 2
 rays=3072 # slow enough to be stopped in between
-jobs_file long.json 30
+jobs_file long.json 15
 check "a batch is killed" stop KILL stopped 20
 free_locks() { # free_locks OUT: nobody writes into a job's folder any more
     local lock i
@@ -123,7 +123,7 @@ check "is resumed, and interrupted" stop INT stopped $(($(steps stopped) + 2))
 check "says what was stopped" grep -q '^stopped: [ab]/seed-[01]$' "$folder/stderr"
 check "whose ledgers say so" test "$(query stopped/a/seed-0 "SELECT status IN ('interrupted', 'finished') FROM run")" = 1
 check "is resumed, and ends" run batch long.json stopped --per-device 2
-check "the same without interruption, one after another" by_hand whole 30
+check "the same without interruption, one after another" by_hand whole 15
 check "has the same canonical dump" same_dump stopped whole
 
 rays=16

@@ -80,7 +80,7 @@ check "the cache folder is the user's alone" mode "$folder/cache/viewworth" 700
 check "and so is what it holds" mode "$(ls "$folder"/cache/viewworth/pipelines-*)" 600
 seal=$(cat "$folder"/cache/viewworth/* | sha256sum)
 chmod 777 "$folder/cache/viewworth"
-mapped() { run "$program" info "$scene" --effects none --device llvmpipe --quiet "$@"; }
+mapped() { rm -rf "$folder/mapped" && run "$program" train "$scene" --out "$folder/mapped" --epochs 1 "${small[@]}" --quiet; }
 check "one that others may write to" mapped
 check "is told in one line" test "$(grep -c 'cache/viewworth: is not used, because another user' "$folder/stderr")" = 1
 rm "$folder"/cache/viewworth/*

@@ -24,7 +24,11 @@ worths=\$(grep -A 1 -x -e --worth-retrainings "\$out/words" | tail -n 1)
 END
 chmod +x "$folder/stand_in"
 export VIEWWORTH_LAB=$folder/stand_in
-photos() { "$program" info "$1" --pilot-steps 0 --json --quiet --device llvmpipe | sed -n 's/.*"train": \([0-9]*\).*/\1/p'; }
+photos() {
+    rm -rf "$folder/train"
+    "$program" train "$1" --out "$folder/train" --epochs 1 "${small[@]}" --quiet >/dev/null
+    query train "SELECT count(*) FROM image WHERE split = 'train'"
+}
 row() { grep -c "^3 scenes,lds/val_psnr,$1,.*,3\$" "$folder/figure/pooled/benchmark.csv"; }
 
 methods() { run "$root/scripts/lab/benchmark_methods" 11 3 "$folder/figure" --rays 8; }

@@ -241,7 +241,8 @@ static void cut_everywhere(const char *folder, bool spills) {
                 observed->removal_synced); // a step that is reported as recorded has reached the disk
     uint32_t operations = observed->operations;
     cut_power(&scene, operations + 1);
-    for (uint32_t operation = 1; operation <= operations; operation++) {
+    uint32_t stride = spills && !test_is_full() ? 3 : 1;
+    for (uint32_t operation = 1 + (operations - 1) % stride; operation <= operations; operation += stride) {
         assert_true(append_in_child(&scene, operation));
         cut_power(&scene, operation);
     }

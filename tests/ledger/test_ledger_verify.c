@@ -180,12 +180,14 @@ static bool tamper(const char *path, const char *table, const char *sql) {
     return changed;
 }
 
-// Tries all edits of a column in the first, a middle and the last row; gives how many there were.
-static uint32_t edit_column(const struct original *original, const struct column *column) {
+// Tries all edits of a column in the first, a middle and the last row; the quick tests in one of these, by turns. Gives
+// how many there were.
+static uint32_t edit_column(const struct original *original, const struct column *column, uint32_t turn) {
     temporary_put_back(&original->file);
     int64_t last = count_rows(original->file.path, column->table) - 1;
     uint32_t done = 0;
     for (int64_t place = 0; place < 3 && last >= 0; place++) {
+        if (place != turn % 3 && !test_is_full()) continue;
         temporary_put_back(&original->file);
         AUTO_FREE char *condition = row_at(original->file.path, column->table, place * last / 2);
         for (size_t e = 0; e < VW_ARRAY_COUNT(edits); e++) {
@@ -213,7 +215,7 @@ FOLDER_TEST(every_edit_is_found) {
         bool has_scores = strcmp(states[i], "finished") == 0;
         uint32_t column_count = list_columns(original.file.path, columns, VW_ARRAY_COUNT(columns)), edit_count = 0;
         for (uint32_t c = 0; c < column_count; c++) {
-            uint32_t done = edit_column(&original, &columns[c]);
+            uint32_t done = edit_column(&original, &columns[c], c);
             bool at_the_end = !strcmp(columns[c].table, "score") || !strcmp(columns[c].table, "retraining");
             bool has_rows = has_scores || !at_the_end;
             if (has_rows && done == 0)
