@@ -118,11 +118,12 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
     {USE, "next", "OUT", "Propose where to take the next photos",
      "Proposes poses of a camera for the next photos of a finished run, one after another: always the place that is "
-     "farthest from all photos and from the places before it, in position and direction, weighted by the field's error "
-     "on validation photos near there. In tests, no way to choose among good places was better than chance. The places "
-     "are between, beside and beyond the cameras, clear of what the field shows, and see what two photos or more see "
-     "from the same side; --among names others. The camera has the focal length that is usual in the scene, in a "
-     "photo's pixels.\n"
+     "farthest from the photos trained on and from the places before it, in position and direction, weighted by the "
+     "field's error on validation photos near there. In tests, ten such photos gained 0.16 +- 0.13 dB more than ten at "
+     "random where the known photos were near each other, as in an unfinished capture, and no more where they lay all "
+     "around. The places are between, beside and beyond the cameras, clear of what the field shows, and see what two "
+     "photos or more see from the same side; --among names others. The camera has the focal length that is usual in "
+     "the scene, in a photo's pixels.\n"
      "Prints for each place its distance to the nearest photo (1 is usual between neighbours); how many photos see "
      "what it would see; why: seen by few, high error (of the field near there), extrapolates (more than 2 usual "
      "distances away), between photos, sees nothing, or no reason; and the way from the photo of the nearest position: "

@@ -71,7 +71,8 @@ function showPlaces() {
   if (!planned.length) return;
   byId('distribution').before(element('section', {id: 'next'}, element('h2', {}, 'Places for the next photos'),
     element('p', {class: 'quiet'}, 'Proposed by viewworth next, in this order: numbered pyramids on the map. A distance, also of a step, ' +
-      'of 1 is usual between neighbouring photos. The photos that see it are the median over what a photo from there would show.'),
+      'of 1 is usual between neighbouring photos. The photos that see it are the median over what a photo from there would show, ' +
+      'as next_01.png and so on in the folder of the run do.'),
     ...planned.flatMap(one => [...(runs.length > 1 ? [element('h3', {}, nameOfRun(one))] : []), placesTable(one)])));
   redrawCharts(); // some are older than this script
 }

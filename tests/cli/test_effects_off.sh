@@ -92,6 +92,7 @@ knows() {
 
 # equal OPTIMISATION: whether $whole and $work/without.spv have the same code with that setting, if they have any.
 equal() {
+    : >"$work/difference"
     # shellcheck disable=SC2086
     code "$1" "$whole.spv" "$work/with.txt" "$id:0" $setting && code "$1" "$work/without.spv" "$work/without.txt" $setting &&
         [[ -s $work/with.txt ]] && diff "$work/with.txt" "$work/without.txt" >"$work/difference"
@@ -107,7 +108,7 @@ same_code() {
     compile "$work/$effect" "$shader" "$work/without.spv" "-DVW_WITHOUT_${effect^^}" || return 1
     while read -r setting; do
         equal "$simple" || equal "$full" && continue
-        echo "differs with $id:0 $setting:"
+        [[ -s $work/with.txt ]] && echo "differs with $id:0 $setting:" || echo "no code came out"
         head -20 "$work/difference" | cut -c1-200
         return 1
     done < <(settings_for "$effect")

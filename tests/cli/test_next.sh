@@ -29,6 +29,9 @@ check "begin with the same" test "$(json '$.proposals[1].name')" = "$second"
 check "a photo that there is gains nothing alone" test "$(json '$.candidates[0].name'), $(json '$.candidates[0].gain')" = "$first, 0.0"
 check "gains are numbers" test "$(sqlite3 :memory: "SELECT count(*) FROM json_each(CAST(readfile('$folder/all.json') AS TEXT),
     '\$.candidates') WHERE value ->> '\$.gain' >= 0")" = 10
+check "a gain is a distance times an error of validation photos" test "$(sqlite3 :memory: "SELECT json_extract(value, '\$.gain') /
+    json_extract(value, '\$.distance') BETWEEN 0.01 AND 0.7 FROM json_each(CAST(readfile('$folder/all.json') AS TEXT), '\$.proposals')
+    LIMIT 1")" = 1
 check "with other threads" eval 'LP_NUM_THREADS=1 next --count 10 --json'
 check "the same bits" cmp "$folder/stdout" "$folder/all.json"
 sed 's/"camera_angle_x":0.8,//' "$folder/poses.json" >"$folder/plan.json"
@@ -84,15 +87,18 @@ check "then it shows them, and the list has it" eval 'run "$program" report "$ou
 rm "$out/next_01.png" && mkdir "$out/next_01.png"
 check "where a picture cannot be written, it fails" fails 1 'next_01.png' "$program" next "$out" --count 2 --to "$folder/failed.ply" \
     --device llvmpipe --quiet
-check "and leaves no list of places" test ! -e "$out/next.json" -a ! -e "$folder/failed.ply"
+check "and leaves no list of places" test ! -e "$out/next.json"
+check "nor poses whose pictures are not there" test ! -e "$folder/failed.ply"
 check "and a report without them has the bytes that it had" eval 'run "$program" report "$out" --quiet &&
     cmp "$out/report.html" "$folder/report.html"'
 rmdir "$out/next_01.png"
 check "new steps take places away" eval 'made --count 2 && run "$program" value "$scene" --out "$out" --resume --epochs 4 "${small[@]}" &&
     test ! -e "$out/next.json"'
 out=$folder/trained
-check "a run without validation" run "$program" train "$scene" --out "$out" --epochs 3 "${small[@]}"
+check "a run that trains alone" run "$program" train "$scene" --out "$out" --epochs 3 "${small[@]}"
 check "has places, too" made --count 2
 rm "$out/field.vwf"
-check "a run that has not ended is refused" refuses 'field.vwf: is missing, as of a run that has not ended'
+check "without its field it is refused" refuses 'field.vwf: no such file'
+query trained "UPDATE run SET status = 'interrupted'"
+check "so is one that has not ended" refuses 'field.vwf: is missing, as the run is interrupted; go on by'
 conclude

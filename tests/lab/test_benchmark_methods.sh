@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # scripts/lab/benchmark_scenes and scripts/lab/benchmark_methods: the benchmarks that they ask for, what they pool, and a scene that
-# fails. Takes the program's path, which only counts photos: a script in the laboratory's place answers for the benchmarks.
+# fails. Takes the program's path, which counts photos by short trainings: a script in the laboratory's place answers for the benchmarks.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }

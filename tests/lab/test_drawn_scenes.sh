@@ -8,8 +8,11 @@ cd "$folder" || exit 1
 
 draw() { "$root/scripts/lab/draw_scenes" "$@"; }
 has_photos() { # has_photos SCENE: as many of each split as there should be
-    run "$program" train "$1" --out "$folder/$1.run" --epochs 1 "${small[@]}" --quiet || return
-    test "$(query "$1.run" "SELECT sum(split = 'train') BETWEEN 24 AND 40, sum(split = 'val'), sum(split = 'test') FROM image")" = '1|8|8'
+    local counts
+    rm -rf "$folder/run"
+    run "$program" train "$1" --out "$folder/run" --epochs 1 "${small[@]}" --quiet || return
+    counts=$(query run "SELECT sum(split = 'train') BETWEEN 24 AND 40, sum(split = 'val'), sum(split = 'test') FROM image")
+    [[ $counts == '1|8|8' ]] || { echo "$counts"; return 1; }
 }
 
 check "scenes are drawn" draw 7 4 first

@@ -14,7 +14,7 @@
 #include "run/next/reasons.h"
 #include "scene/camera_path.h"
 
-enum { POSITION = 3, CAMERAS = 24, SEED = 5 };
+enum { CAMERAS = 24, SEED = 5 };
 
 struct ball {
     double centre[3], radius;
@@ -124,7 +124,7 @@ static enum vw_status render(void *context, const uint32_t *views, const struct 
         double camera[3], from[3], direction[3] = {0};
         assert_true(vw_camera_unproject(&pose->camera, column + 0.5, row + 0.5, camera));
         for (int axis = 0; axis < 3; axis++) {
-            from[axis] = pose->camera_to_world[axis][POSITION];
+            from[axis] = pose->camera_to_world[axis][VW_POSE_POSITION];
             for (int k = 0; k < 3; k++) direction[axis] += pose->camera_to_world[axis][k] * camera[k];
         }
         made[i] = (float)trace(context, from, direction);
@@ -170,6 +170,7 @@ static struct known *make_known(const struct world *world) {
     }
     ASSERT_OK(vw_known_photos_create(&known->scene, &depths, SEED, &known->photos));
     memcpy(known->photos.val_mse, (double[]){0.01, 0.02, 0.015}, 3 * sizeof(double));
+    known->photos.usual_mse = 0.015;
     return known;
 }
 
@@ -401,9 +402,7 @@ TEST(reasons_follow_from_photos_and_errors) {
         assert_true(vw_camera_look_at(places[p].position, places[p].target, up, frames[p].camera_to_world));
         proposals[p].pose = &frames[p];
     }
-    struct vw_next next = {.candidates = {frames, VW_ARRAY_COUNT(places)},
-                           .proposals = proposals,
-                           .proposal_count = VW_ARRAY_COUNT(places)};
+    struct vw_next next = {.proposals = proposals, .proposal_count = VW_ARRAY_COUNT(places)};
     ASSERT_OK(vw_next_find_reasons(&known->photos, &next));
     for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) assert_int_equal(proposals[p].reasons, places[p].reasons);
     assert_int_equal(proposals[0].nearest_view, 23);
@@ -416,52 +415,93 @@ TEST(reasons_follow_from_photos_and_errors) {
     free_known(known);
 }
 
-// Returns what a candidate gains beside the known photos and those picked before, by its definition.
-static double gain_of(const struct known *known, const struct vw_view *frames, uint32_t candidate,
-                      const uint32_t *picks, uint32_t pick_count) {
+// Returns what a candidate gains beside the known photos and the first proposals, by its definition.
+static double gain_of(const struct known *known, const struct vw_next *next, const struct vw_view *pose,
+                      uint32_t proposal_count) {
     const struct vw_view_scales *scales = &known->photos.scales;
     double least = INFINITY, sum = 0, weights = 0;
-    for (uint32_t v = 0; v < CAMERAS; v++)
-        least = fmin(least, vw_view_apart(scales, &frames[candidate], &known->views[v]));
-    for (uint32_t k = 0; k < pick_count; k++)
-        least = fmin(least, vw_view_apart(scales, &frames[candidate], &frames[picks[k]]));
+    for (uint32_t v = 0; v < CAMERAS; v++) least = fmin(least, vw_view_apart(scales, pose, &known->views[v]));
+    for (uint32_t k = 0; k < proposal_count; k++)
+        least = fmin(least, vw_view_apart(scales, pose, next->proposals[k].pose));
     for (uint32_t v = 0; v < 3; v++) {
-        double weight = 1 / (pow(vw_view_apart(scales, &frames[candidate], &known->views[CAMERAS + v]), 2) + 0.25);
+        double weight = 1 / (pow(vw_view_apart(scales, pose, &known->views[CAMERAS + v]), 2) + 0.25);
         sum += weight * (double[]){0.01, 0.02, 0.015}[v];
         weights += weight;
     }
     return least * sqrt(sum / weights);
 }
 
-TEST(the_farthest_by_error_are_picked_one_after_another) {
-    enum { COUNT = 40, WANTED = 12 };
+// Forgets the proposals, but not the candidates.
+static void pick_again(const struct known *known, uint32_t wanted, struct vw_next *next) {
+    free(next->first_gains);
+    free(next->proposals);
+    next->proposal_count = 0;
+    ASSERT_OK(vw_farthest_pick(&known->photos, wanted, next));
+}
+
+static void free_next(struct vw_next *next) {
+    free(next->first_gains);
+    free(next->proposals);
+    vw_camera_path_free(&next->candidates);
+}
+
+TEST(the_farthest_by_error_are_proposed_one_after_another) {
+    enum { WANTED = 12 };
     struct known *known = make_known(&worlds[0]);
-    struct vw_camera_path made;
-    uint32_t picks[COUNT];
-    double gains[COUNT], first_gains[COUNT];
-    ASSERT_OK(vw_next_candidates_make(&known->photos, &made));
-    assert_true(made.count >= COUNT);
-    made.frames[COUNT - 1] = made.frames[0]; // a copy
-    const struct vw_camera_path candidates = {made.frames, COUNT};
-    ASSERT_OK(vw_farthest_pick(&known->photos, &candidates, WANTED, picks, gains, first_gains));
-    for (uint32_t i = 0; i < COUNT; i++) assert_near(first_gains[i], gain_of(known, made.frames, i, NULL, 0), 1e-12);
+    struct vw_next next = {0};
+    ASSERT_OK(vw_next_candidates_make(&known->photos, &next.candidates));
+    const struct vw_view *frames = next.candidates.frames;
+    pick_again(known, WANTED, &next);
+    assert_int_equal(next.proposal_count, WANTED);
+    for (uint32_t i = 0; i < next.candidates.count; i++)
+        assert_near(next.first_gains[i], gain_of(known, &next, &frames[i], 0), 1e-12);
     for (uint32_t k = 0; k < WANTED; k++) {
-        assert_near(gains[k], gain_of(known, made.frames, picks[k], picks, k), 1e-12);
-        for (uint32_t i = 0; i < COUNT; i++) assert_true(gain_of(known, made.frames, i, picks, k) <= gains[k] + 1e-12);
+        double gain = next.proposals[k].gain;
+        assert_near(gain, gain_of(known, &next, next.proposals[k].pose, k), 1e-12);
+        for (uint32_t i = 0; i < next.candidates.count; i++)
+            assert_true(gain_of(known, &next, &frames[i], k) <= gain + 1e-12);
     }
-    ASSERT_OK(vw_farthest_pick(&known->photos, &candidates, COUNT, picks, gains, first_gains)); // all of them, once
-    vw_sort_places(picks, COUNT);
-    for (uint32_t i = 0; i < COUNT; i++) assert_int_equal(picks[i], i);
-    memset(known->photos.val_mse, 0, 3 * sizeof(double)); // without errors, distances decide
-    ASSERT_OK(vw_farthest_pick(&known->photos, &candidates, 1, picks, gains, first_gains));
-    double farthest = 0, own = 0, apart;
-    for (uint32_t i = 0; i < COUNT; i++) {
-        vw_view_nearest(&known->scene, &known->photos.scales, known->photos.views, CAMERAS, &made.frames[i], &apart);
-        farthest = fmax(farthest, apart);
-        if (i == picks[0]) own = apart;
+    free_next(&next);
+    free_known(known);
+}
+
+TEST(of_equal_places_the_first_is_proposed_and_all_once) {
+    enum { COUNT = 40 };
+    struct known *known = make_known(&worlds[0]);
+    struct vw_next next = {0};
+    uint32_t places[COUNT];
+    ASSERT_OK(vw_next_candidates_make(&known->photos, &next.candidates));
+    struct vw_view *frames = next.candidates.frames;
+    next.candidates.count = COUNT;
+    pick_again(known, 1, &next);
+    uint32_t best = (uint32_t)(next.proposals[0].pose - frames), other = best == 0 ? COUNT - 1 : 0;
+    frames[other] = frames[best];
+    pick_again(known, COUNT + 1, &next);
+    assert_int_equal(next.proposal_count, COUNT);
+    assert_ptr_equal(next.proposals[0].pose, &frames[best < other ? best : other]);
+    for (uint32_t k = 0; k < COUNT; k++) places[k] = (uint32_t)(next.proposals[k].pose - frames);
+    vw_sort_places(places, COUNT);
+    for (uint32_t i = 0; i < COUNT; i++) assert_int_equal(places[i], i);
+    free_next(&next);
+    free_known(known);
+}
+
+TEST(without_errors_distances_decide) {
+    struct known *known = make_known(&worlds[0]);
+    struct vw_next next = {0};
+    ASSERT_OK(vw_next_candidates_make(&known->photos, &next.candidates));
+    for (int validates = 1; validates >= 0; validates--) { // no error, and no validation photo
+        memset(known->photos.val_mse, 0, 3 * sizeof(double));
+        if (!validates) known->photos.val_count = 0;
+        pick_again(known, 1, &next);
+        for (uint32_t i = 0; i < next.candidates.count; i++) {
+            double apart;
+            vw_view_nearest(&known->scene, &known->photos.scales, known->photos.views, CAMERAS,
+                            &next.candidates.frames[i], &apart);
+            assert_near(next.first_gains[i], validates ? 1e-6 * apart : apart, 1e-18);
+        }
     }
-    assert_near(own, farthest, 0);
-    vw_camera_path_free(&made);
+    free_next(&next);
     free_known(known);
 }
 

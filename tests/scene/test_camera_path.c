@@ -6,8 +6,6 @@
 #include "support/synthetic_scene.h"
 #include "support/temporary_folder.h"
 
-enum { RIGHT, UP, BACK, POSITION };
-
 // Makes eight cameras about the z axis that look at (1, 1, 1) from some way above or below.
 static struct vw_scene *ring(void) {
     return synthetic_scene(&(struct synthetic_scene_params){
@@ -29,20 +27,21 @@ static double dot(const struct vw_view *a, int column_a, const struct vw_view *b
 }
 
 static void assert_rotation(const struct vw_view *frame) {
-    for (int a = RIGHT; a <= BACK; a++)
-        for (int b = a; b <= BACK; b++) assert_near(dot(frame, a, frame, b), a == b, 1e-12);
+    for (int a = VW_POSE_RIGHT; a <= VW_POSE_BACK; a++)
+        for (int b = a; b <= VW_POSE_BACK; b++) assert_near(dot(frame, a, frame, b), a == b, 1e-12);
     for (int i = 0; i < 3; i++) // right-handed
-        assert_near(frame->camera_to_world[i][BACK],
-                    frame->camera_to_world[(i + 1) % 3][RIGHT] * frame->camera_to_world[(i + 2) % 3][UP] -
-                        frame->camera_to_world[(i + 2) % 3][RIGHT] * frame->camera_to_world[(i + 1) % 3][UP],
-                    1e-12);
+        assert_near(
+            frame->camera_to_world[i][VW_POSE_BACK],
+            frame->camera_to_world[(i + 1) % 3][VW_POSE_RIGHT] * frame->camera_to_world[(i + 2) % 3][VW_POSE_UP] -
+                frame->camera_to_world[(i + 2) % 3][VW_POSE_RIGHT] * frame->camera_to_world[(i + 1) % 3][VW_POSE_UP],
+            1e-12);
 }
 
 static void assert_looks_at(const struct vw_view *frame, const double target[3]) {
     double offset[3], distance = 0;
-    for (int i = 0; i < 3; i++) offset[i] = frame->camera_to_world[i][POSITION] - target[i];
+    for (int i = 0; i < 3; i++) offset[i] = frame->camera_to_world[i][VW_POSE_POSITION] - target[i];
     for (int i = 0; i < 3; i++) distance += offset[i] * offset[i];
-    for (int i = 0; i < 3; i++) assert_near(frame->camera_to_world[i][BACK], offset[i] / sqrt(distance), 1e-9);
+    for (int i = 0; i < 3; i++) assert_near(frame->camera_to_world[i][VW_POSE_BACK], offset[i] / sqrt(distance), 1e-9);
 }
 
 TEST(an_orbit_is_a_circle_that_looks_at_the_centre) {
@@ -50,7 +49,7 @@ TEST(an_orbit_is_a_circle_that_looks_at_the_centre) {
     struct vw_scene *scene = ring();
     struct vw_camera_path path = make(scene, "orbit", 12);
     const double(*first)[4] = path.frames[0].camera_to_world;
-    double radius = hypot(first[0][POSITION] - 1, first[1][POSITION] - 1);
+    double radius = hypot(first[0][VW_POSE_POSITION] - 1, first[1][VW_POSE_POSITION] - 1);
     // |back| before it is a unit vector: 1, or with height 0.4 for the four cameras at odd eighths of a turn
     assert_near(radius, 0.5 * (3 + 3 / hypot(1, 0.4)), 1e-9);
     for (uint32_t f = 0; f < 12; f++) {
@@ -58,11 +57,11 @@ TEST(an_orbit_is_a_circle_that_looks_at_the_centre) {
         double angle = 2 * M_PI * f / 12;
         assert_rotation(&path.frames[f]);
         assert_looks_at(&path.frames[f], centre);
-        assert_near(pose[0][POSITION], 1 + radius * cos(angle), 1e-9); // view 0 is at angle 0
-        assert_near(pose[1][POSITION], 1 + radius * sin(angle), 1e-9);
-        assert_near(pose[2][POSITION], 1, 1e-9);
-        assert_near(pose[2][UP], 1, 1e-9);
-        assert_near(pose[2][RIGHT], 0, 1e-9);
+        assert_near(pose[0][VW_POSE_POSITION], 1 + radius * cos(angle), 1e-9); // view 0 is at angle 0
+        assert_near(pose[1][VW_POSE_POSITION], 1 + radius * sin(angle), 1e-9);
+        assert_near(pose[2][VW_POSE_POSITION], 1, 1e-9);
+        assert_near(pose[2][VW_POSE_UP], 1, 1e-9);
+        assert_near(pose[2][VW_POSE_RIGHT], 0, 1e-9);
     }
     assert_int_equal(path.frames[3].camera.width_px, 16);
     assert_true(path.frames[3].camera.focal_x_px == scene->views[0].camera.focal_x_px);
@@ -78,7 +77,7 @@ static struct vw_scene *wall(void) {
     for (uint32_t v = 0; v < 5; v++)
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 4; j++)
-                scene->views[v].camera_to_world[i][j] = j == POSITION ? (i < 2 ? at[v][i] : 4) : i == j;
+                scene->views[v].camera_to_world[i][j] = j == VW_POSE_POSITION ? (i < 2 ? at[v][i] : 4) : i == j;
     return scene; // the box is about the origin
 }
 
@@ -91,9 +90,9 @@ TEST(a_spiral_turns_about_the_mean_camera) {
         double angle = 4 * M_PI * f / 16; // two turns, as wide as the 90 % quantiles of 0, 0, 0, 1, 1 and so on
         assert_rotation(&path.frames[f]);
         assert_looks_at(&path.frames[f], target);
-        assert_near(pose[0][POSITION], cos(angle), 1e-9);
-        assert_near(pose[1][POSITION], -0.5 * sin(angle), 1e-9);
-        assert_near(pose[2][POSITION], 4, 1e-9);
+        assert_near(pose[0][VW_POSE_POSITION], cos(angle), 1e-9);
+        assert_near(pose[1][VW_POSE_POSITION], -0.5 * sin(angle), 1e-9);
+        assert_near(pose[2][VW_POSE_POSITION], 4, 1e-9);
     }
     vw_camera_path_free(&path);
 }
@@ -110,12 +109,12 @@ TEST(a_path_through_the_cameras_passes_through_them_in_order) {
         assert_memory_equal(path.frames[f].camera_to_world, scene->views[7 - f / 2].camera_to_world,
                             sizeof path.frames[f].camera_to_world);
     const struct vw_view *from = &scene->views[5], *to = &scene->views[4], *between = &path.frames[5];
-    for (int axis = RIGHT; axis <= BACK; axis++) // half of the way: as far from both
+    for (int axis = VW_POSE_RIGHT; axis <= VW_POSE_BACK; axis++) // half of the way: as far from both
         assert_near(dot(between, axis, from, axis), dot(between, axis, to, axis), 1e-12);
     for (int i = 0; i < 3; i++) { // Catmull-Rom at 1/2: (-1, 9, 9, -1) / 16
         double p[4];
-        for (uint32_t k = 0; k < 4; k++) p[k] = scene->views[6 - k].camera_to_world[i][POSITION];
-        assert_near(between->camera_to_world[i][POSITION], (9 * (p[1] + p[2]) - p[0] - p[3]) / 16, 1e-12);
+        for (uint32_t k = 0; k < 4; k++) p[k] = scene->views[6 - k].camera_to_world[i][VW_POSE_POSITION];
+        assert_near(between->camera_to_world[i][VW_POSE_POSITION], (9 * (p[1] + p[2]) - p[0] - p[3]) / 16, 1e-12);
     }
     vw_camera_path_free(&path);
 }
@@ -132,8 +131,8 @@ TEST(turns_take_the_shortest_arc) {
     const double middle[4] = {85, 180, 265, 350};
     struct vw_camera_path path = make(scene, "cameras", 9);
     for (uint32_t f = 1; f < 9; f += 2) {
-        assert_near(path.frames[f].camera_to_world[0][RIGHT], cos(middle[f / 2] * M_PI / 180), 1e-9);
-        assert_near(path.frames[f].camera_to_world[1][RIGHT], sin(middle[f / 2] * M_PI / 180), 1e-9);
+        assert_near(path.frames[f].camera_to_world[0][VW_POSE_RIGHT], cos(middle[f / 2] * M_PI / 180), 1e-9);
+        assert_near(path.frames[f].camera_to_world[1][VW_POSE_RIGHT], sin(middle[f / 2] * M_PI / 180), 1e-9);
         assert_rotation(&path.frames[f]);
     }
     vw_camera_path_free(&path);
@@ -146,7 +145,7 @@ TEST(cameras_that_tell_no_path_are_refused) {
     struct vw_scene *above = wall();
     for (uint32_t v = 0; v < 5; v++) // all at one place above the box, looking down with another up
         for (int i = 0; i < 3; i++)
-            above->views[v].camera_to_world[i][POSITION] = 4 * above->views[v].camera_to_world[i][UP];
+            above->views[v].camera_to_world[i][VW_POSE_POSITION] = 4 * above->views[v].camera_to_world[i][VW_POSE_UP];
     ASSERT_FAILS(vw_camera_path_make(above, "orbit", 0, 5, &path), VW_ERROR_USAGE, "above what they look at");
     assert_null(path.frames);
 }
@@ -158,10 +157,10 @@ TEST(a_frame_sees_as_far_as_the_views_about_it) {
     frame.near_world = frame.far_world = 0;
     vw_camera_path_set_depths(scene, &frame);
     assert_true(frame.near_world == 2 && frame.far_world == 11); // in the place of view 1
-    frame.camera_to_world[0][POSITION] = 0;                      // now view 0's
+    frame.camera_to_world[0][VW_POSE_POSITION] = 0;              // now view 0's
     vw_camera_path_set_depths(scene, &frame);
     assert_true(frame.near_world == 1 && frame.far_world == 10);
-    frame.camera_to_world[1][POSITION] = 100;
+    frame.camera_to_world[1][VW_POSE_POSITION] = 100;
     vw_camera_path_set_depths(scene, &frame);
     assert_near(frame.near_world, 2.5, 0.05); // far away all count alike
     for (uint32_t v = 0; v < 4; v++) scene->views[v].far_world = 0;
@@ -189,7 +188,8 @@ FOLDER_TEST(a_path_of_nerfstudio_is_read) {
     assert_true(camera->width_px == 200 && camera->height_px == 100 && camera->centre_x_px == 100);
     assert_near(camera->focal_x_px, 50, 1e-9); // the angle is from top to bottom
     assert_near(camera->focal_y_px, 50, 1e-9);
-    assert_true(path.frames[1].camera_to_world[0][POSITION] == 0.5 && path.frames[1].camera_to_world[2][POSITION] == 4);
+    assert_true(path.frames[1].camera_to_world[0][VW_POSE_POSITION] == 0.5 &&
+                path.frames[1].camera_to_world[2][VW_POSE_POSITION] == 4);
     vw_camera_path_free(&path);
 }
 
@@ -203,7 +203,7 @@ FOLDER_TEST(frames_of_a_transforms_file_are_read) {
     assert_int_equal(path.count, 2);
     assert_true(path.frames[0].camera.width_px == 8 && path.frames[0].camera.focal_y_px == 9); // as the view
     assert_true(path.frames[1].camera.width_px == 32 && path.frames[1].camera.focal_y_px == 7);
-    assert_true(path.frames[1].camera_to_world[0][POSITION] == 3 && path.frames[1].camera.k1 == 0);
+    assert_true(path.frames[1].camera_to_world[0][VW_POSE_POSITION] == 3 && path.frames[1].camera.k1 == 0);
     vw_camera_path_free(&path);
 }
 
@@ -256,7 +256,7 @@ TEST(a_pose_is_read_from_numbers) {
     struct vw_camera_path path = {0};
     struct vw_scene *scene = ring();
     ASSERT_OK(vw_camera_path_parse(scene, "--pose", "1 0 0 2 0 1 0 3  0 0 1 4", 0, &path));
-    assert_true(path.count == 1 && path.frames[0].camera_to_world[1][POSITION] == 3);
+    assert_true(path.count == 1 && path.frames[0].camera_to_world[1][VW_POSE_POSITION] == 3);
     assert_true(path.frames[0].camera.focal_x_px == scene->views[0].camera.focal_x_px && path.frames[0].camera.k1 == 0);
     vw_camera_path_free(&path);
     path.frames = NULL;

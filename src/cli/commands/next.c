@@ -11,7 +11,7 @@
 static json_t *alone_to_json(const struct vw_view *view, double gain) {
     const double(*pose)[4] = view->camera_to_world;
     return json_pack("{s:o, s:o, s:[fff]}", "name", vw_json_string(view->name), "gain", vw_json_real(gain), "position",
-                     pose[0][3], pose[1][3], pose[2][3]);
+                     pose[0][VW_POSE_POSITION], pose[1][VW_POSE_POSITION], pose[2][VW_POSE_POSITION]);
 }
 
 // Adds what each place would gain alone to what next.json has.

@@ -52,7 +52,7 @@ static enum vw_status prepare(struct making *making) {
     if (!status) status = find_seen_least(making);
     if (status) return status;
     for (uint32_t i = 0; i < known->count; i++) vw_pose_base_find(known, i, &making->bases[i]);
-    making->camera = vw_camera_pinhole(&known->scene->views[vw_known_photos_usual(known)].camera);
+    making->camera = vw_camera_pinhole(&vw_known_photo(known, vw_known_photos_usual(known))->camera);
     vw_random_order(known->seed, 0, known->count, making->order);
     return VW_OK;
 }

@@ -56,8 +56,9 @@ bool vw_depth_map_point(const struct vw_depth_map *map, uint32_t pixel, struct v
            up = (camera->centre_y_px - row_px - 0.5) / camera->focal_y_px;
     for (int i = 0; i < 3; i++) {
         const double *row = map->pose.camera_to_world[i];
-        sight->from_world[i] = row[3];
-        sight->point_world[i] = row[3] + depth * (row[0] * right + row[1] * up - row[2]);
+        sight->from_world[i] = row[VW_POSE_POSITION];
+        sight->point_world[i] =
+            row[VW_POSE_POSITION] + depth * (row[VW_POSE_RIGHT] * right + row[VW_POSE_UP] * up - row[VW_POSE_BACK]);
     }
     return depth > 0;
 }
@@ -66,7 +67,7 @@ bool vw_depth_map_sees(const struct vw_depth_map *map, const struct vw_sight *si
     const struct vw_camera *camera = &map->pose.camera;
     double place[3] = {0}, ray[3], other[3];
     for (int i = 0; i < 3; i++) {
-        ray[i] = sight->point_world[i] - map->pose.camera_to_world[i][3];
+        ray[i] = sight->point_world[i] - map->pose.camera_to_world[i][VW_POSE_POSITION];
         other[i] = sight->point_world[i] - sight->from_world[i];
         for (int axis = 0; axis < 3; axis++) place[axis] += map->pose.camera_to_world[i][axis] * ray[i];
     }

@@ -34,22 +34,34 @@ static void take(const struct vw_known_photos *known, const struct vw_camera_pat
     least[pick] = PICKED;
 }
 
-enum vw_status vw_farthest_pick(const struct vw_known_photos *known, const struct vw_camera_path *candidates,
-                                uint32_t wanted, uint32_t *picks, double *gains, double *first_gains) {
-    uint32_t count = candidates->count;
-    double *least = vw_allocate(count, sizeof *least), *errors = vw_allocate(count, sizeof *errors);
-    bool made = least && errors;
-    for (uint32_t i = 0; i < count && made; i++) {
-        const struct vw_view *pose = &candidates->frames[i];
+// Computes distance and error of each candidate, and what it gains alone.
+static void measure(const struct vw_known_photos *known, struct vw_next *next, double *least, double *errors) {
+    for (uint32_t i = 0; i < next->candidates.count; i++) {
+        const struct vw_view *pose = &next->candidates.frames[i];
         vw_view_nearest(known->scene, &known->scales, known->views, known->count, pose, &least[i]);
         errors[i] = error_at(known, pose);
-        first_gains[i] = least[i] * errors[i];
+        next->first_gains[i] = least[i] * errors[i];
     }
-    for (uint32_t k = 0; k < wanted && made; k++) {
-        picks[k] = find_best(least, errors, count);
-        gains[k] = least[picks[k]] * errors[picks[k]];
-        take(known, candidates, picks[k], least);
+}
+
+static void pick(const struct vw_known_photos *known, uint32_t wanted, struct vw_next *next, double *least,
+                 double *errors) {
+    for (; next->proposal_count < wanted; next->proposal_count++) {
+        uint32_t best = find_best(least, errors, next->candidates.count);
+        next->proposals[next->proposal_count] =
+            (struct vw_proposal){.pose = &next->candidates.frames[best], .gain = least[best] * errors[best]};
+        take(known, &next->candidates, best, least);
     }
+}
+
+enum vw_status vw_farthest_pick(const struct vw_known_photos *known, uint32_t wanted, struct vw_next *next) {
+    uint32_t count = next->candidates.count;
+    double *least = vw_allocate(count, sizeof *least), *errors = vw_allocate(count, sizeof *errors);
+    next->first_gains = vw_allocate(count, sizeof *next->first_gains);
+    next->proposals = vw_allocate(wanted, sizeof *next->proposals);
+    bool made = least && errors && next->first_gains && next->proposals;
+    if (made) measure(known, next, least, errors);
+    if (made) pick(known, wanted < count ? wanted : count, next, least, errors);
     free(least);
     free(errors);
     return made ? VW_OK : VW_ERROR_MEMORY;

@@ -21,7 +21,8 @@ static enum vw_status make_maps(struct vw_known_photos *known) {
 static enum vw_status find_points(struct vw_known_photos *known) {
     double *seen_by = vw_allocate(known->count, sizeof *seen_by);
     known->points = vw_allocate(known->count, sizeof *known->points);
-    bool made = seen_by && known->points;
+    known->val_mse = vw_allocate(known->val_count, sizeof *known->val_mse);
+    bool made = seen_by && known->points && known->val_mse;
     for (uint32_t i = 0; i < known->count && made; i++) {
         vw_seen_points_find(&known->maps[i], known->maps, known->count, known->count, &known->points[i]);
         seen_by[i] = fmax(vw_seen_points_median(&known->points[i]) - 1, 0); // without itself
@@ -38,20 +39,31 @@ enum vw_status vw_known_photos_create(const struct vw_scene *scene, const struct
     if (!status) status = vw_scene_list_views(scene, VW_SPLIT_VAL, &known->val_views, &known->val_count);
     if (!status) status = vw_view_scales_find(scene, &known->scales);
     if (!status) status = make_maps(known);
-    if (!status) status = find_points(known);
-    known->val_mse = vw_allocate(known->val_count, sizeof *known->val_mse);
-    return status || known->val_mse ? status : VW_ERROR_MEMORY;
+    return status ? status : find_points(known);
+}
+
+// Keeps the finite errors and their photos, and finds the median.
+static void take_errors(const struct vw_view_error *errors, double *scratch, struct vw_known_photos *known) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < known->val_count; i++) {
+        if (!isfinite(errors[i].mse)) continue;
+        known->val_views[kept] = known->val_views[i];
+        scratch[kept] = known->val_mse[kept] = errors[i].mse;
+        kept++;
+    }
+    known->val_count = kept;
+    known->usual_mse = vw_median(scratch, kept);
 }
 
 enum vw_status vw_known_photos_measure(struct vw_known_photos *known, struct vw_trainer *trainer) {
     struct vw_view_error *errors = vw_allocate(known->val_count, sizeof *errors);
-    if (!errors) return VW_ERROR_MEMORY;
-    enum vw_status status =
-        known->val_count ? vw_trainer_measure_views(trainer, known->val_views, known->val_count, VAL_PIXELS_MAX, errors)
-                         : VW_OK;
-    for (uint32_t i = 0; i < known->val_count && !status; i++)
-        known->val_mse[i] = isfinite(errors[i].mse) ? errors[i].mse : 0;
+    double *scratch = vw_allocate(known->val_count, sizeof *scratch);
+    enum vw_status status = errors && scratch ? VW_OK : VW_ERROR_MEMORY;
+    if (!status && known->val_count)
+        status = vw_trainer_measure_views(trainer, known->val_views, known->val_count, VAL_PIXELS_MAX, errors);
+    if (!status) take_errors(errors, scratch, known);
     free(errors);
+    free(scratch);
     return status;
 }
 
@@ -74,7 +86,7 @@ uint32_t vw_known_photos_usual(const struct vw_known_photos *known) {
         }
         if (below == (known->count - 1) / 2) usual = i;
     }
-    return known->views[usual];
+    return usual;
 }
 
 uint32_t vw_known_photos_nearest(const struct vw_known_photos *known, const struct vw_view *pose) {

@@ -20,26 +20,6 @@ static enum vw_status render_depths(void *context, const uint32_t *views, const 
     return vw_trainer_render_poses(context, views, poses, count, MATTER_SHARE, depths_world);
 }
 
-static enum vw_status pick(const struct vw_next_params *params, const struct vw_known_photos *known,
-                           struct vw_next *next) {
-    uint32_t count = next->candidates.count, wanted = params->count < count ? params->count : count;
-    uint32_t *picks = vw_allocate(wanted, sizeof *picks);
-    double *gains = vw_allocate(wanted, sizeof *gains);
-    next->first_gains = vw_allocate(count, sizeof *next->first_gains);
-    next->proposals = vw_allocate(wanted, sizeof *next->proposals);
-    enum vw_status status = picks && gains && next->first_gains && next->proposals
-                                ? vw_farthest_pick(known, &next->candidates, wanted, picks, gains, next->first_gains)
-                                : VW_ERROR_MEMORY;
-    for (uint32_t k = 0; k < wanted && !status; k++)
-        next->proposals[k] = (struct vw_proposal){.pose = &next->candidates.frames[picks[k]], .gain = gains[k]};
-    next->proposal_count = status ? 0 : wanted;
-    if (!status && wanted < params->count)
-        vw_log_warning("%u places were found for --count %u; all are proposed", wanted, params->count);
-    free(picks);
-    free(gains);
-    return status;
-}
-
 static enum vw_status describe(const struct vw_known_photos *known, struct vw_next *next) {
     enum vw_status status = vw_next_find_reasons(known, next);
     for (uint32_t k = 0; k < next->proposal_count && !status; k++) {
@@ -56,15 +36,17 @@ static enum vw_status describe(const struct vw_known_photos *known, struct vw_ne
 static enum vw_status propose(const struct vw_next_params *params, const struct vw_recorded_run *run,
                               struct vw_trainer *trainer, struct vw_next *next) {
     const struct vw_depth_source depths = {render_depths, trainer};
-    struct vw_known_photos known = {0};
+    struct vw_known_photos known;
     enum vw_status status = vw_known_photos_create(run->scene, &depths, run->config.seed, &known);
     if (!status) status = vw_known_photos_measure(&known, trainer);
     if (!status)
-        status = params->among
-                     ? vw_camera_path_read(run->scene, params->among, vw_known_photos_usual(&known), &next->candidates)
-                     : vw_next_candidates_make(&known, &next->candidates);
-    if (!status) status = pick(params, &known, next);
+        status = params->among ? vw_camera_path_read(run->scene, params->among,
+                                                     known.views[vw_known_photos_usual(&known)], &next->candidates)
+                               : vw_next_candidates_make(&known, &next->candidates);
+    if (!status) status = vw_farthest_pick(&known, params->count, next);
     if (!status) status = describe(&known, next);
+    if (!status && next->proposal_count < params->count)
+        vw_log_warning("%u places were found for --count %u; all are proposed", next->proposal_count, params->count);
     vw_known_photos_destroy(&known);
     return status;
 }

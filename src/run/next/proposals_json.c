@@ -27,8 +27,9 @@ static json_t *proposal_to_json(const struct vw_next *next, uint32_t place) {
     char render[32];
     snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
     return json_pack("{s:o, s:[fff], s:[fff], s:o, s:o, s:o, s:f, s:o, s:o, s:o, s:s}", "name",
-                     vw_json_string(view->name), "position", pose[0][3], pose[1][3], pose[2][3], "direction",
-                     -pose[0][2], -pose[1][2], -pose[2][2], "camera_to_world", vw_pose_to_json(pose), "gain",
+                     vw_json_string(view->name), "position", pose[0][VW_POSE_POSITION], pose[1][VW_POSE_POSITION],
+                     pose[2][VW_POSE_POSITION], "direction", -pose[0][VW_POSE_BACK], -pose[1][VW_POSE_BACK],
+                     -pose[2][VW_POSE_BACK], "camera_to_world", vw_pose_to_json(pose), "gain",
                      vw_json_real(proposal->gain), "reasons", reasons_to_json(proposal->reasons), "seen_by",
                      proposal->seen_by, "nearest", vw_json_string(proposal->nearest), "distance",
                      vw_json_real(proposal->apart), "move", vw_json_string(proposal->move), "render", render);

@@ -34,17 +34,8 @@ bool vw_next_reason_is_known(const char *word) {
     return false;
 }
 
-static enum vw_status find_usual_mse(const struct vw_known_photos *known, double *usual) {
-    double *values = vw_allocate(known->val_count, sizeof *values);
-    if (!values) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < known->val_count; i++) values[i] = known->val_mse[i];
-    *usual = vw_median(values, known->val_count);
-    free(values);
-    return VW_OK;
-}
-
-static void find_neighbours(const struct vw_known_photos *known, double usual_mse, const struct vw_view *pose,
-                            struct vw_proposal *proposal) {
+static void find_neighbours(const struct vw_known_photos *known, struct vw_proposal *proposal) {
+    const struct vw_view *pose = proposal->pose;
     const struct vw_view_scales *scales = &known->scales;
     double apart;
     uint32_t nearest = vw_view_nearest(known->scene, scales, known->views, known->count, pose, &proposal->apart);
@@ -52,7 +43,7 @@ static void find_neighbours(const struct vw_known_photos *known, double usual_ms
     if (proposal->apart > FAR_LEAST) proposal->reasons |= 1u << VW_EXTRAPOLATES;
     if (known->val_count < VAL_LEAST) return;
     nearest = vw_view_nearest(known->scene, scales, known->val_views, known->val_count, pose, &apart);
-    if (apart <= FAR_LEAST && known->val_mse[nearest] > usual_mse) proposal->reasons |= 1u << VW_HIGH_ERROR;
+    if (apart <= FAR_LEAST && known->val_mse[nearest] > known->usual_mse) proposal->reasons |= 1u << VW_HIGH_ERROR;
 }
 
 static void add_seen(const struct vw_known_photos *known, const struct vw_depth_map *map,
@@ -82,11 +73,8 @@ static enum vw_status map_proposals(const struct vw_known_photos *known, const s
 
 enum vw_status vw_next_find_reasons(const struct vw_known_photos *known, struct vw_next *next) {
     struct vw_depth_map *maps = NULL;
-    double usual_mse = 0;
-    enum vw_status status = find_usual_mse(known, &usual_mse);
-    for (uint32_t k = 0; k < next->proposal_count && !status; k++)
-        find_neighbours(known, usual_mse, next->proposals[k].pose, &next->proposals[k]);
-    if (!status) status = map_proposals(known, next, &maps);
+    for (uint32_t k = 0; k < next->proposal_count; k++) find_neighbours(known, &next->proposals[k]);
+    enum vw_status status = map_proposals(known, next, &maps);
     for (uint32_t k = 0; k < next->proposal_count && !status; k++) add_seen(known, &maps[k], &next->proposals[k]);
     free(maps);
     return status;

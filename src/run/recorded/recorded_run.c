@@ -98,6 +98,14 @@ enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
                    run->ledger_path, run->row.scene_path);
 }
 
+// Refuses a run without a field that has not ended.
+static enum vw_status check_ended(const struct vw_recorded_run *run, const char *field_path) {
+    if (!strcmp(run->row.status, "finished") || vw_file_exists(field_path)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: is missing, as the run is %s; go on by the command that began it, with --resume", field_path,
+                   run->row.status);
+}
+
 enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer) {
     const struct vw_trainer_params params = {.gpu = run->gpu,
                                              .scene = run->scene,
@@ -108,12 +116,8 @@ enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct 
                                              .binding = &run->binding};
     char *path = vw_path_join(run->out, VW_FIELD_FILE);
     if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_file_exists(path)
-                                ? vw_trainer_create(&params, trainer)
-                                : vw_fail(VW_ERROR_INPUT,
-                                          "%s: is missing, as of a run that has not ended; go on by the command that "
-                                          "began it, with --resume",
-                                          path);
+    enum vw_status status = check_ended(run, path);
+    if (!status) status = vw_trainer_create(&params, trainer);
     if (!status) status = vw_trainer_load_field(*trainer, path);
     free(path);
     return status;

@@ -42,7 +42,7 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
 // index of its views.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
 // Loads the field that the run ended with (OUT/field.vwf) into a trainer that takes no steps. Needs an open scene.
-// VW_ERROR_INPUT for another file than the one whose hash the ledger has.
+// VW_ERROR_INPUT for another file than the one whose hash the ledger has, and where there is none.
 // Destroy the trainer also after a failure, before the run is closed.
 enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
 void vw_recorded_close(struct vw_recorded_run *run);
