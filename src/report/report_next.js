@@ -62,8 +62,10 @@ Chart.register({id: 'places', beforeInit(chart) { // the map grows until all pla
 }});
 
 function placesTable({next}) {
-  return plainTable(['', 'why', 'distance', 'photos that see it', 'from the nearest photo'], next.proposals.map((place, i) => [
-    String(i + 1), place.reasons.join(', '), short(place.distance), short(place.seen_by), place.move]), [0, 2, 3]);
+  const picture = i => next.pictures && next.pictures[i] ? element('img', {src: pictureUri('webp', next.pictures[i]), height: 104,
+    loading: 'lazy', alt: 'render from place ' + (i + 1)}) : '';
+  return plainTable(['', 'render', 'why', 'distance', 'photos that see it', 'from the nearest photo'], next.proposals.map((place, i) => [
+    String(i + 1), picture(i), place.reasons.join(', '), short(place.distance), short(place.seen_by), place.move]), [0, 3, 4]);
 }
 
 function showPlaces() {
@@ -71,8 +73,7 @@ function showPlaces() {
   if (!planned.length) return;
   byId('distribution').before(element('section', {id: 'next'}, element('h2', {}, 'Places for the next photos'),
     element('p', {class: 'quiet'}, 'Proposed by viewworth next, in this order: numbered pyramids on the map. A distance, also of a step, ' +
-      'of 1 is usual between neighbouring photos. The photos that see it are the median over what a photo from there would show, ' +
-      'as next_01.png and so on in the folder of the run do.'),
+      'of 1 is usual between neighbouring photos. The photos that see it are the median over what a photo from there would show.'),
     ...planned.flatMap(one => [...(runs.length > 1 ? [element('h3', {}, nameOfRun(one))] : []), placesTable(one)])));
   redrawCharts(); // some are older than this script
 }

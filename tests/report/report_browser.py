@@ -177,7 +177,11 @@ def places_are_right(browser, folder):
     with open(f'{folder}/planned/next.json', encoding='utf-8') as file:
         places = json.load(file)['proposals']
     rows = page.run("return [...document.querySelectorAll('#next tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))")
-    expect([row[:2] for row in rows] == [[str(i + 1), ', '.join(place['reasons'])] for i, place in enumerate(places)], rows)
+    expect([[row[0], row[2]] for row in rows] == [[str(i + 1), ', '.join(place['reasons'])] for i, place in enumerate(places)], rows)
+    shown = page.run("""const pictures = [...document.querySelectorAll('#next td img')];
+        pictures.forEach(one => { one.loading = 'eager'; });
+        return Promise.all(pictures.map(one => one.decode())).then(() => pictures.map(one => one.naturalWidth))""")
+    expect(len(shown) == len(places) and min(shown) > 1, shown)
     expect(len(places) > 0 and purple_pixels(page, 'map-above') > 20 and purple_pixels(page, 'map-side') > 20, 'no pyramids')
     inside = page.run("""return ['above', 'side'].every(name => { const {scales} = charts.get('map-' + name).chart; return placesOf(run())
         .every(({at}) => at.level > scales.x.min && at.level < scales.x.max && (name === 'side' ? at.up > scales.y.min &&

@@ -111,6 +111,9 @@ check "change no report" cmp "$folder/planned/report.html" "$folder/first.html"
 cp -r "$folder/planned" "$folder/edited_plan"
 check "until it is made again" eval 'report "$folder/planned" && ! cmp -s "$folder/planned/report.html" "$folder/first.html" &&
     grep -q "\"next\":{" "$folder/planned/report.html"'
+check "with a render of each" grep -q '"pictures":\["UklGR' "$folder/planned/report.html"
+check "unless photos are left out" eval 'report "$folder/planned" --no-thumbnails --to "$folder/unseen.html" &&
+    grep -q "\"next\":{" "$folder/unseen.html" && ! grep -q UklGR "$folder/unseen.html"'
 # planned PATTERN SQL: next.json as SQLite's json functions change it is refused.
 planned() {
     sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" \
@@ -128,6 +131,8 @@ check "an unknown reason" planned 'proposal 1: reasons: ' "json_set(j, '\$.propo
 check "a photo that is a number" planned 'proposal 1: nearest: ' "json_set(j, '\$.proposals[0].nearest', 7)"
 check "a distance that is text" planned 'proposal 1: distance: ' "json_set(j, '\$.proposals[0].distance', '7')"
 check "a count that is none" planned 'proposal 1: seen_by: ' "json_remove(j, '\$.proposals[0].seen_by')"
+check "a picture that is none" planned 'pictures: ' "json_set(j, '\$.pictures[1]', 'PHN2Zz48c2NyaXB0Pg==')"
+check "pictures that are a text" planned 'pictures: ' "json_set(j, '\$.pictures', 'x')"
 check "places that are no JSON" planned 'line [0-9]+: ' "'{'"
 rm "$folder/edited_plan/next.json" && ln -s ../planned/next.json "$folder/edited_plan/next.json"
 check "places that are a link" refuses 'edited_plan/next.json: is reached through a link' "$folder/edited_plan"

@@ -11,6 +11,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "image/image.h"
+#include "image/webp_text.h"
 #include "run/next/proposals_json.h"
 #include "run/next/reasons.h"
 #include "run/out_files.h"
@@ -26,7 +27,19 @@ static char *name_render(const char *out, uint32_t place) {
 
 // ---- Renders -------------------------------------------------------------------------------------------------------
 
-static enum vw_status render_proposal(const struct vw_proposal_files *files, uint32_t place) {
+static enum vw_status add_picture(const struct vw_camera *camera, const float *rgb, json_t **pictures) {
+    void *data = NULL;
+    size_t size_bytes = 0;
+    enum vw_status status =
+        vw_image_encode_webp(camera->width_px, camera->height_px, "webp:70", rgb, &data, &size_bytes);
+    char *text = status ? NULL : vw_webp_to_text(data, size_bytes);
+    if (!status) vw_json_append(pictures, text ? json_string(text) : NULL);
+    free(data);
+    free(text);
+    return status;
+}
+
+static enum vw_status render_proposal(const struct vw_proposal_files *files, uint32_t place, json_t **pictures) {
     struct vw_view pose = *files->next->proposals[place].pose;
     double factor = fmin(1, VW_NEXT_RENDER_WIDTH_MOST_PX / (double)pose.camera.width_px);
     pose.camera = vw_camera_resized(&pose.camera, (uint32_t)lround(factor * pose.camera.width_px),
@@ -37,6 +50,7 @@ static enum vw_status render_proposal(const struct vw_proposal_files *files, uin
     enum vw_status status =
         vw_trainer_render_posed(files->trainer, files->next->proposals[place].nearest_view, &pose, false, &rgb);
     if (!status) status = vw_image_save(path, pose.camera.width_px, pose.camera.height_px, 3, rgb);
+    if (!status && place < VW_NEXT_PICTURES_MOST) status = add_picture(&pose.camera, rgb, pictures);
     free(rgb);
     free(path);
     return status;
@@ -98,15 +112,23 @@ static enum vw_status write_poses(const struct vw_proposal_files *files) {
     return vw_path_ends_with(files->to, ".ply") ? write_pyramids(files) : write_transforms(files);
 }
 
+static enum vw_status write_list(const struct vw_proposal_files *files, const char *path, json_t *pictures) {
+    json_t *list = vw_proposals_to_json(files->next);
+    vw_json_set(&list, "pictures", pictures);
+    return vw_json_write_file(path, list);
+}
+
 enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files) {
     char *list = vw_path_join(files->out, VW_NEXT_FILE);
+    json_t *pictures = json_array();
     enum vw_status status = list ? write_poses(files) : VW_ERROR_MEMORY;
     bool written = !status;
     if (!status) status = remove_list(list);
-    for (uint32_t k = 0; k < files->next->proposal_count && !status; k++) status = render_proposal(files, k);
+    for (uint32_t k = 0; k < files->next->proposal_count && !status; k++) status = render_proposal(files, k, &pictures);
     if (!status) status = remove_rest(files);
-    if (!status) status = vw_json_write_file(list, vw_proposals_to_json(files->next));
+    if (!status) status = write_list(files, list, json_incref(pictures));
     if (status && written && files->to) unlink(files->to); // it names renders that are not there
+    json_decref(pictures);
     free(list);
     return status;
 }

@@ -6,6 +6,7 @@
 
 #include "base/json.h"
 #include "base/memory.h"
+#include "image/webp_text.h"
 #include "run/next/reasons.h"
 #include "scene/builder.h"
 #include "scene/camera_path.h"
@@ -63,6 +64,13 @@ static bool are_reasons(const json_t *array) {
     return fits;
 }
 
+static bool are_pictures(const json_t *array) {
+    bool fits = !array || (json_is_array(array) && json_array_size(array) <= VW_NEXT_PICTURES_MOST);
+    for (size_t i = 0; fits && i < json_array_size(array); i++)
+        fits = vw_is_webp_text(json_string_value(json_array_get(array, i)));
+    return fits;
+}
+
 // Returns the field of a proposal that is not what a page needs; NULL: all are.
 static const char *find_broken(const json_t *proposal) {
     if (!is_vector(json_object_get(proposal, "position"), VW_POSITION_MOST_WORLD)) return "position";
@@ -83,6 +91,8 @@ enum vw_status vw_proposals_check(const char *path, json_t *file, const char *sc
         return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
     if (!json_is_array(proposals) || json_array_size(proposals) > VW_CAMERA_PATH_FRAMES_MOST)
         return vw_fail(VW_ERROR_INPUT, "%s: proposals: is not a list of proposals; %s", path, remedy);
+    if (!are_pictures(json_object_get(file, "pictures")))
+        return vw_fail(VW_ERROR_INPUT, "%s: pictures: is not what a page needs; %s", path, remedy);
     for (size_t i = 0; i < json_array_size(proposals); i++) {
         const char *broken = find_broken(json_array_get(proposals, i));
         if (broken)
@@ -90,4 +100,14 @@ enum vw_status vw_proposals_check(const char *path, json_t *file, const char *sc
                            remedy);
     }
     return VW_OK;
+}
+
+enum vw_status vw_proposals_drop_pictures(char **text) {
+    json_error_t error;
+    json_t *file = vw_json_load(*text, strlen(*text), 0, &error);
+    json_object_del(file, "pictures");
+    free(*text);
+    *text = vw_json_to_text(file, JSON_COMPACT);
+    json_decref(file);
+    return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for next.json");
 }

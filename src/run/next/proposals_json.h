@@ -6,7 +6,7 @@
 
 #include "run/next/proposals.h"
 
-enum { VW_NEXT_LIMIT_BYTES = 16 << 20 };
+enum { VW_NEXT_LIMIT_BYTES = 16 << 20, VW_NEXT_PICTURES_MOST = 40 };
 #define VW_NEXT_RENDER_NAME "next_%02u.png" // in OUT, the first is 1
 
 // Makes {"scene_hash": hex, "proposals": [...]}. A proposal has its position and unit direction of view
@@ -16,8 +16,12 @@ enum { VW_NEXT_LIMIT_BYTES = 16 << 20 };
 // (null: none). NULL when memory is short.
 json_t *vw_proposals_to_json(const struct vw_next *next);
 
-// Checks such a file of a stranger, for a page. VW_ERROR_INPUT names the file and what is wrong; `path` is for
+// Checks such a file of a stranger, for a page. It may also have "pictures": a WebP file in base64 for each of the
+// first VW_NEXT_PICTURES_MOST proposals, or for fewer. VW_ERROR_INPUT names the file and what is wrong; `path` is for
 // messages.
 enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count);
+
+// Leaves the pictures out of the checked text of such a file, which it replaces.
+enum vw_status vw_proposals_drop_pictures(char **text);
 
 #endif

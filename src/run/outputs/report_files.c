@@ -319,6 +319,7 @@ enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, u
                               &texts->reconstruction);
     if (!status)
         status = read_checked(out, VW_NEXT_FILE, scene_hash, image_count, vw_proposals_check, read, &texts->next);
+    if (!status && no_photos && texts->next) status = vw_proposals_drop_pictures(&texts->next);
     if (!status && !no_photos)
         status =
             read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, read, &texts->residuals);

@@ -1,7 +1,6 @@
 #include "run/outputs/residuals.h"
 
 #include <math.h>
-#include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,8 +9,9 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "image/image.h"
+#include "image/webp_text.h"
 
-enum { PANES = 3, PICTURE_LIMIT_BYTES = 1 << 18 };
+enum { PANES = 3 };
 #define FULL_ERROR 0.4f // white
 
 // ---- Which photos --------------------------------------------------------------------------------------------------
@@ -112,9 +112,7 @@ static enum vw_status make_text(const struct vw_residuals_params *params, uint32
     size_t size_bytes = 0;
     enum vw_status status = make_picture(params, view, height_px, psnr_db, &data, &size_bytes);
     if (status) return status;
-    size_t base64_bytes = sodium_base64_encoded_len(size_bytes, sodium_base64_VARIANT_ORIGINAL);
-    *text = vw_allocate(base64_bytes, 1);
-    if (*text) sodium_bin2base64(*text, base64_bytes, data, size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    *text = vw_webp_to_text(data, size_bytes);
     free(data);
     return *text ? VW_OK : VW_ERROR_MEMORY;
 }
@@ -153,7 +151,7 @@ static enum vw_status enlarge_middle(const struct vw_residuals_params *params, s
     char *text = NULL;
     double psnr_db;
     enum vw_status status = make_text(params, middle->view, height_px, &psnr_db, &text);
-    bool fits = !status && strlen(text) <= PICTURE_LIMIT_BYTES; // else the small one stays
+    bool fits = !status && strlen(text) <= VW_WEBP_TEXT_LIMIT_BYTES; // else the small one stays
     if (fits && json_object_set_new(json_array_get(photos, middle->place), "picture", vw_json_string(text)))
         status = vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_RESIDUALS_FILE);
     free(text);
@@ -205,18 +203,6 @@ enum vw_status vw_residuals_write(const struct vw_residuals_params *params, stru
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// Tells whether a text is a WebP file in base64.
-static bool is_webp(const char *text) {
-    uint8_t head[12];
-    size_t read_bytes = 0, length = text ? strlen(text) : 0;
-    if (length < 16 || length % 4 != 0 || length > PICTURE_LIMIT_BYTES) return false;
-    size_t digits = length - (text[length - 1] == '=') - (text[length - 2] == '=');
-    if (strspn(text, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/") != digits) return false;
-    if (sodium_base642bin(head, sizeof head, text, 16, NULL, &read_bytes, NULL, sodium_base64_VARIANT_ORIGINAL))
-        return false;
-    return read_bytes == sizeof head && !memcmp(head, "RIFF", 4) && !memcmp(head + 8, "WEBP", 4);
-}
-
 static const char *find_broken(const json_t *photos, uint32_t image_count) {
     if (!json_is_array(photos) || json_array_size(photos) > VW_RESIDUALS_MAX) return "photos";
     for (size_t i = 0; i < json_array_size(photos); i++) {
@@ -225,7 +211,7 @@ static const char *find_broken(const json_t *photos, uint32_t image_count) {
         if (!json_is_integer(image) || json_integer_value(image) < 0 || json_integer_value(image) >= image_count)
             return "image";
         if (!json_is_number(psnr) && !json_is_null(psnr)) return "psnr";
-        if (!is_webp(json_string_value(json_object_get(photo, "picture")))) return "picture";
+        if (!vw_is_webp_text(json_string_value(json_object_get(photo, "picture")))) return "picture";
     }
     return NULL;
 }
