@@ -127,9 +127,9 @@ static const struct vw_command commands[] = {
      "Prints for each place its distance to the nearest photo (1 is usual between neighbours); how many photos see "
      "what it would see; why: seen by few, high error (of the field near there), extrapolates (more than 2 usual "
      "distances away), between photos, sees nothing, or no reason; and the way from the photo of the nearest position: "
-     "steps in usual distances and turns, by that photo's own axes. Writes OUT/next.json, which report shows on its "
-     "map, and next_01.png and so on: what each would see. What an earlier call wrote there is replaced. --to writes "
-     "the poses for other programs; a file that exists is refused. " NEEDS_SCENE_FOLDER,
+     "steps in usual distances and turns, by that photo's own axes. Writes OUT/next.json, which report shows beside "
+     "its map, and next_01.png and so on: what each would see. What an earlier call wrote there is replaced. --to "
+     "writes the poses for other programs; a file that exists is refused. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_NEXT | VW_OPTIONS_JSON, vw_command_next},
     {USE, "export", "OUT", "Write the cameras and points of a run's scene for other programs",
      "Blender and MeshLab open the .ply files. Positions are those of the scene; camera_to_world has the camera's x to "

@@ -61,11 +61,13 @@ Chart.register({id: 'places', beforeInit(chart) { // the map grows until all pla
   pen.restore();
 }});
 
-function placesTable({next}) {
-  const picture = i => next.pictures && next.pictures[i] ? element('img', {src: pictureUri('webp', next.pictures[i]), height: 104,
-    loading: 'lazy', alt: 'render from place ' + (i + 1)}) : '';
-  return plainTable(['', 'render', 'why', 'distance', 'photos that see it', 'from the nearest photo'], next.proposals.map((place, i) => [
-    String(i + 1), picture(i), place.reasons.join(', '), short(place.distance), short(place.seen_by), place.move]), [0, 3, 4]);
+function placesTable({next: {proposals, pictures = []}}) {
+  const seen = pictures.length ? 1 : 0; // a column of renders, unless photos are left out
+  const render = i => pictures[i] ? element('img', {src: pictureUri('webp', pictures[i]), height: 104, loading: 'lazy',
+    alt: 'render from place ' + (i + 1)}) : '';
+  return plainTable(['', ...(seen ? ['render'] : []), 'why', 'distance', 'photos that see it', 'from the nearest photo'],
+    proposals.map((place, i) => [String(i + 1), ...(seen ? [render(i)] : []), place.reasons.join(', '), short(place.distance),
+      short(place.seen_by), place.move]), [0, 2 + seen, 3 + seen]);
 }
 
 function showPlaces() {

@@ -39,6 +39,10 @@ check "a plan without a focal length" eval 'run "$program" next "$out" --among "
 check "has that of photos, and fewer places are a warning" eval 'says "^10 of 10 places, the farthest from photos first" &&
     grep -q "warning: 10 places were found for --count 11" "$folder/stderr"'
 check "a text" eval 'next --count 1 && says "^ 1 .* away.png$"'
+printf '{"w": 100, "h": 2000, "fl_x": 90, "frames": [{"file_path": "a", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,3],[0,0,0,1]]}]}' \
+    >"$folder/tall.json"
+check "renders have no side above 480 px" eval 'run "$program" next "$out" --among "$folder/tall.json" --device llvmpipe --quiet &&
+    test "$(head -c 24 "$out/next_01.png" | tail -c 8 | od -An -tu1 | xargs)" = "0 0 0 24 0 0 1 224"'
 printf '{"frames": [{"transform_matrix": 3}]}' >"$folder/bad.json"
 check "a bad file is refused" refuses 'bad\.json: frame 0' --among "$folder/bad.json"
 

@@ -111,7 +111,8 @@ check "change no report" cmp "$folder/planned/report.html" "$folder/first.html"
 cp -r "$folder/planned" "$folder/edited_plan"
 check "until it is made again" eval 'report "$folder/planned" && ! cmp -s "$folder/planned/report.html" "$folder/first.html" &&
     grep -q "\"next\":{" "$folder/planned/report.html"'
-check "with a render of each" grep -q '"pictures":\["UklGR' "$folder/planned/report.html"
+check "with a render of each" answers "json_array_length(j, '\$.pictures') = 10 AND json_array_length(j, '\$.proposals') = 10" \
+    cat "$folder/planned/next.json"
 check "unless photos are left out" eval 'report "$folder/planned" --no-thumbnails --to "$folder/unseen.html" &&
     grep -q "\"next\":{" "$folder/unseen.html" && ! grep -q UklGR "$folder/unseen.html"'
 # planned PATTERN SQL: next.json as SQLite's json functions change it is refused.
@@ -132,6 +133,9 @@ check "a photo that is a number" planned 'proposal 1: nearest: ' "json_set(j, '\
 check "a distance that is text" planned 'proposal 1: distance: ' "json_set(j, '\$.proposals[0].distance', '7')"
 check "a count that is none" planned 'proposal 1: seen_by: ' "json_remove(j, '\$.proposals[0].seen_by')"
 check "a picture that is none" planned 'pictures: ' "json_set(j, '\$.pictures[1]', 'PHN2Zz48c2NyaXB0Pg==')"
+check "more pictures than places" planned 'pictures: ' "json_set(j, '\$.pictures[10]', json_extract(j, '\$.pictures[0]'))"
+check "a picture that is too large" planned 'pictures: ' "json_set(j, '\$.pictures[0]', json_extract(j, '\$.pictures[0]') ||
+    hex(zeroblob(131072)))"
 check "pictures that are a text" planned 'pictures: ' "json_set(j, '\$.pictures', 'x')"
 check "places that are no JSON" planned 'line [0-9]+: ' "'{'"
 rm "$folder/edited_plan/next.json" && ln -s ../planned/next.json "$folder/edited_plan/next.json"
@@ -141,6 +145,9 @@ sqlite3 :memory: "SELECT json_set(j, '\$.proposals[0].move', '<img src=x onerror
     FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" >"$folder/next.json"
 rm "$folder/edited_plan/next.json" && mv "$folder/next.json" "$folder/edited_plan/next.json"
 check "hostile texts and numbers are data" report "$folder/edited_plan"
+sqlite3 :memory: "SELECT json_remove(CAST(readfile('$folder/planned/next.json') AS TEXT), '\$.pictures')" >"$folder/edited_plan/next.json"
+check "places without pictures are shown" eval 'report "$folder/edited_plan" --to "$folder/unseen_plan.html" &&
+    grep -q "\"next\":{" "$folder/unseen_plan.html"'
 check "a scene that is gone is a warning" eval 'mkdir "$folder/large" "$folder/hostile" && "$synthetic" "$folder/large/ledger.db" 2000 &&
     warns "without thumbnails.*scenes/none: no such scene" report "$folder/large"'
 check "hostile names" eval '"$synthetic" "$folder/hostile/ledger.db" 12 hostile && warns "without thumbnails" report "$folder/hostile"'

@@ -14,7 +14,7 @@ static json_t *alone_to_json(const struct vw_view *view, double gain) {
                      pose[0][VW_POSE_POSITION], pose[1][VW_POSE_POSITION], pose[2][VW_POSE_POSITION]);
 }
 
-// Adds what each place would gain alone to what next.json has.
+// Adds what each place would gain alone to the proposals.
 static json_t *to_json(const struct vw_options *options, const struct vw_next *next) {
     json_t *root = vw_proposals_to_json(next), *alone = json_array();
     for (uint32_t i = 0; i < next->candidates.count; i++)

@@ -21,8 +21,7 @@ static enum vw_status make_maps(struct vw_known_photos *known) {
 static enum vw_status find_points(struct vw_known_photos *known) {
     double *seen_by = vw_allocate(known->count, sizeof *seen_by);
     known->points = vw_allocate(known->count, sizeof *known->points);
-    known->val_mse = vw_allocate(known->val_count, sizeof *known->val_mse);
-    bool made = seen_by && known->points && known->val_mse;
+    bool made = seen_by && known->points;
     for (uint32_t i = 0; i < known->count && made; i++) {
         vw_seen_points_find(&known->maps[i], known->maps, known->count, known->count, &known->points[i]);
         seen_by[i] = fmax(vw_seen_points_median(&known->points[i]) - 1, 0); // without itself
@@ -37,6 +36,7 @@ enum vw_status vw_known_photos_create(const struct vw_scene *scene, const struct
     *known = (struct vw_known_photos){.scene = scene, .depths = *depths, .seed = seed};
     enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_TRAIN, &known->views, &known->count);
     if (!status) status = vw_scene_list_views(scene, VW_SPLIT_VAL, &known->val_views, &known->val_count);
+    if (!status && !(known->val_mse = vw_allocate(known->val_count, sizeof *known->val_mse))) status = VW_ERROR_MEMORY;
     if (!status) status = vw_view_scales_find(scene, &known->scales);
     if (!status) status = make_maps(known);
     return status ? status : find_points(known);

@@ -36,13 +36,13 @@ static enum vw_status add_picture(const struct vw_camera *camera, const float *r
     if (!status) vw_json_append(pictures, text ? json_string(text) : NULL);
     free(data);
     free(text);
-    return status;
+    return status || *pictures ? status : VW_ERROR_MEMORY;
 }
 
 static enum vw_status render_proposal(const struct vw_proposal_files *files, uint32_t place, json_t **pictures) {
     struct vw_view pose = *files->next->proposals[place].pose;
-    double factor = fmin(1, VW_NEXT_RENDER_WIDTH_MOST_PX / (double)pose.camera.width_px);
-    pose.camera = vw_camera_resized(&pose.camera, (uint32_t)lround(factor * pose.camera.width_px),
+    double factor = fmin(1, VW_NEXT_RENDER_SIDE_MOST_PX / fmax(pose.camera.width_px, pose.camera.height_px));
+    pose.camera = vw_camera_resized(&pose.camera, (uint32_t)fmax(1, lround(factor * pose.camera.width_px)),
                                     (uint32_t)fmax(1, lround(factor * pose.camera.height_px)));
     float *rgb = NULL;
     char *path = name_render(files->out, place);

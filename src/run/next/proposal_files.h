@@ -6,7 +6,7 @@
 
 struct vw_trainer;
 
-enum { VW_NEXT_RENDER_WIDTH_MOST_PX = 480 };
+enum { VW_NEXT_RENDER_SIDE_MOST_PX = 480 }; // a WebP file of noise, too, is then below VW_WEBP_TEXT_LIMIT_BYTES
 
 struct vw_proposal_files { // all borrowed
     const char *out;
@@ -19,9 +19,8 @@ struct vw_proposal_files { // all borrowed
 };
 
 // Writes `to`, then replaces what an earlier call left in OUT: removes next.json, writes what each pose would see,
-// removes further renders, and writes next.json last. So a killed call leaves none that is of other renders. After a
-// failure there is no `to`. An effect
-// that sees photos sees a pose by its nearest photo.
+// removes further renders, and writes next.json last, with pictures. So a killed call leaves none that is of other
+// renders. After a failure there is no `to`. An effect that sees photos sees a pose by its nearest photo.
 enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files);
 
 #endif

@@ -64,8 +64,9 @@ static bool are_reasons(const json_t *array) {
     return fits;
 }
 
-static bool are_pictures(const json_t *array) {
-    bool fits = !array || (json_is_array(array) && json_array_size(array) <= VW_NEXT_PICTURES_MOST);
+static bool are_pictures(const json_t *array, size_t proposal_count) {
+    size_t most = proposal_count < VW_NEXT_PICTURES_MOST ? proposal_count : VW_NEXT_PICTURES_MOST;
+    bool fits = !array || (json_is_array(array) && json_array_size(array) <= most);
     for (size_t i = 0; fits && i < json_array_size(array); i++)
         fits = vw_is_webp_text(json_string_value(json_array_get(array, i)));
     return fits;
@@ -91,7 +92,7 @@ enum vw_status vw_proposals_check(const char *path, json_t *file, const char *sc
         return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
     if (!json_is_array(proposals) || json_array_size(proposals) > VW_CAMERA_PATH_FRAMES_MOST)
         return vw_fail(VW_ERROR_INPUT, "%s: proposals: is not a list of proposals; %s", path, remedy);
-    if (!are_pictures(json_object_get(file, "pictures")))
+    if (!are_pictures(json_object_get(file, "pictures"), json_array_size(proposals)))
         return vw_fail(VW_ERROR_INPUT, "%s: pictures: is not what a page needs; %s", path, remedy);
     for (size_t i = 0; i < json_array_size(proposals); i++) {
         const char *broken = find_broken(json_array_get(proposals, i));

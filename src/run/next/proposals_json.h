@@ -6,7 +6,7 @@
 
 #include "run/next/proposals.h"
 
-enum { VW_NEXT_LIMIT_BYTES = 16 << 20, VW_NEXT_PICTURES_MOST = 40 };
+enum { VW_NEXT_PICTURES_MOST = 20 };        // so that pages stay small
 #define VW_NEXT_RENDER_NAME "next_%02u.png" // in OUT, the first is 1
 
 // Makes {"scene_hash": hex, "proposals": [...]}. A proposal has its position and unit direction of view
@@ -16,12 +16,12 @@ enum { VW_NEXT_LIMIT_BYTES = 16 << 20, VW_NEXT_PICTURES_MOST = 40 };
 // (null: none). NULL when memory is short.
 json_t *vw_proposals_to_json(const struct vw_next *next);
 
-// Checks such a file of a stranger, for a page. It may also have "pictures": a WebP file in base64 for each of the
-// first VW_NEXT_PICTURES_MOST proposals, or for fewer. VW_ERROR_INPUT names the file and what is wrong; `path` is for
+// Checks such a file of a stranger, for a page. It may also have "pictures": renders of the first proposals, at
+// most VW_NEXT_PICTURES_MOST WebP files in base64. VW_ERROR_INPUT names the file and what is wrong; `path` is for
 // messages.
 enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count);
 
-// Leaves the pictures out of the checked text of such a file, which it replaces.
+// Leaves the pictures out of the checked text of such a file, which it replaces, after a failure by NULL.
 enum vw_status vw_proposals_drop_pictures(char **text);
 
 #endif

@@ -28,8 +28,9 @@ void vw_report_files_free(struct vw_report_files *files);
 struct vw_run_texts {
     char *map, *residuals, *reconstruction, *next;
 };
-// Reads map.json, reconstruction.json, next.json and, unless `no_photos`, residuals.json. VW_ERROR_INPUT as above, and
-// when they are not of this scene and these images. Free the texts also after a failure.
+// Reads map.json, reconstruction.json, next.json and residuals.json; with `no_photos` neither the last nor the pictures
+// of next.json. VW_ERROR_INPUT as above, and when they are not of this scene and these images. Free the texts also
+// after a failure.
 enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
                                       struct vw_checksums *read, struct vw_run_texts *texts);
 void vw_run_texts_free(struct vw_run_texts *texts);
