@@ -134,7 +134,7 @@ check "a distance that is text" planned 'proposal 1: distance: ' "json_set(j, '\
 check "a count that is none" planned 'proposal 1: seen_by: ' "json_remove(j, '\$.proposals[0].seen_by')"
 check "a picture that is none" planned 'pictures: ' "json_set(j, '\$.pictures[1]', 'PHN2Zz48c2NyaXB0Pg==')"
 check "more pictures than places" planned 'pictures: ' "json_set(j, '\$.pictures[10]', json_extract(j, '\$.pictures[0]'))"
-check "a picture that is too large" planned 'pictures: ' "json_set(j, '\$.pictures[0]', json_extract(j, '\$.pictures[0]') ||
+check "a picture that is too large" planned 'pictures: ' "json_set(j, '\$.pictures[0]', substr(json_extract(j, '\$.pictures[0]'), 1, 16) ||
     hex(zeroblob(131072)))"
 check "pictures that are a text" planned 'pictures: ' "json_set(j, '\$.pictures', 'x')"
 check "places that are no JSON" planned 'line [0-9]+: ' "'{'"

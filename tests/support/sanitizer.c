@@ -1,5 +1,5 @@
 // Every program of a build with the address sanitizer has this file, so that all of them search for leaks in one way:
-// the leaks named here are those of other libraries, any other fails the program. And so that they take no minutes.
+// the leaks named here are those of other libraries, any other fails the program.
 
 int dlclose(void *module);
 const char *__asan_default_options(void);

@@ -14,6 +14,7 @@ struct vw_pose_base {
     double targets_world[VW_POSE_TARGETS][3];
 };
 
+// Finds them for the photo at a place of known->views.
 void vw_pose_base_find(const struct vw_known_photos *known, uint32_t photo, struct vw_pose_base *base);
 
 // Makes the draw-th pose of a known photo, without a camera and a range of depths. Half of them lie between its camera

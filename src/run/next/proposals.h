@@ -9,7 +9,7 @@ struct vw_proposal {
     const struct vw_view *pose; // a candidate; its name is that in the file it was read from, NULL: it was made
     double gain;                // its gain beside the proposals before it (farthest.h)
     uint32_t reasons;           // bits by enum vw_next_reason
-    double seen_by;             // known photos that see what it would see: the median of its pixels
+    double seen_by;             // known photos that see a point that it would see: the median
     uint32_t nearest_view;      // scene index of the nearest known photo
     char *nearest;              // owned; its name
     double apart;               // its distance; 1 is usual between neighbours
