@@ -107,8 +107,7 @@ static const struct vw_command commands[] = {
     {USE, "merge", "OUT...", "Put the results of many runs side by side",
      "Takes the runs of these folders and of all folders in them; a run is called by its path from the folder that is "
      "named. Verifies every ledger. Writes to the --out folder: merged.db (the tables of all ledgers, with a column "
-     "job), scores.csv (the scores of all runs) and report.html. scripts/canonical_dump.sql (installed in "
-     "share/viewworth) prints what two merged.db must have in common if the same jobs were run.",
+     "job), scores.csv (the scores of all runs) and report.html.",
      VW_OPTIONS_MERGE | VW_OPTIONS_JSON, vw_command_merge},
     {USE, "render", "OUT", "Render a view with the trained field, or a path of a camera",
      "The image of a view has the photo on the left and the render on the right. --pose and --path render from where "

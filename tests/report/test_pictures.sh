@@ -4,5 +4,5 @@
 . "$(dirname "$0")/../support/program_test.sh"
 [[ -x ${CHROMIUM:-/usr/bin/chromium} && -x ${CHROMEDRIVER:-/usr/bin/chromedriver} ]] && /usr/bin/python3 -c 'import selenium' 2>/dev/null ||
     { echo "SKIPPED: install chromium, chromium-driver and python3-selenium"; exit 77; }
-check "scripts/pictures would make the same" run env VIEWWORTH="$program" "$root/scripts/pictures" --check
+check "scripts/lab/pictures would make the same" run env VIEWWORTH="$program" "$root/scripts/lab/pictures" --check
 conclude "$@"

@@ -78,7 +78,7 @@ checksums() { (cd "$folder/$1" && find . -type f -exec sha256sum {} + | sort -k2
 near() { awk -v a="$1" -v b="$2" -v most="${3:-1e-9}" 'BEGIN { d = a - b; exit !(a != "" && b != "" && d < most && -d < most) }'; }
 
 # same_dump OUT OUT: two batches have merged the same runs.
-dump() { sqlite3 -bail "$folder/$1/merged.db" <"$root/scripts/canonical_dump.sql"; }
+dump() { sqlite3 -bail "$folder/$1/merged.db" <"$root/tests/support/canonical_dump.sql"; }
 same_dump() {
     dump "$1" >"$folder/dump" && dump "$2" >"$folder/other_dump" && [[ $(wc -l <"$folder/dump") -gt 100 ]] || return
     diff "$folder/dump" "$folder/other_dump" >"$folder/diff" && return

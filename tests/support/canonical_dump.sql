@@ -1,5 +1,5 @@
 -- What two merged.db must have in common if the same jobs were run, in whatever order and however many at a time, on equal devices:
---     sqlite3 OUT/merged.db < scripts/canonical_dump.sql
+--     sqlite3 OUT/merged.db < tests/support/canonical_dump.sql
 -- Every row of every table, in the order of the keys, with the hashes that cover what a run is. Left out is what differs from one
 -- start of the same job to the next, and the hashes that cover it: times (of the run and in its plan and in the evidence of its
 -- effects), paths of scene and lists, and the names of device and driver, for which run_id stands.
