@@ -161,7 +161,7 @@ enum vw_status vw_ledger_add_retrainings(struct vw_ledger *ledger, const struct 
 // state stay. Called before the file takes its place, so that after a kill between the two the file that is still there
 // is believed: the hash that was recorded before stays beside the new one.
 enum vw_status vw_ledger_keep(struct vw_ledger *ledger, const char *name, const char *sha256);
-// Tells whether the hash is one of these two. A file of another hash was not left by this run, and is not to be used.
+// Returns whether the hash is one of these two. A file of another hash was not left by this run, and is not to be used.
 enum vw_status vw_ledger_is_kept(struct vw_ledger *ledger, const char *name, const char *sha256, bool *kept);
 // Reads the present one of the two; "" where there is none.
 enum vw_status vw_ledger_get_kept(struct vw_ledger *ledger, const char *name, char sha256[VW_HASH_HEX_BYTES]);

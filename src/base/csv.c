@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "base/text_stream.h"
 
-// Tells whether a spreadsheet would evaluate the text, with or without its leading apostrophes and quotes. Those of
+// Returns whether a spreadsheet would evaluate the text, with or without its leading apostrophes and quotes. Those of
 // East Asia also take the signs in full width: U+FF1D, U+FF0B, U+FF0D, U+FF20.
 static bool looks_like_formula(const char *text) {
     static const char *const wide[] = {"\xef\xbc\x9d", "\xef\xbc\x8b", "\xef\xbc\x8d", "\xef\xbc\xa0"};

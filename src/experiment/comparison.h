@@ -58,7 +58,7 @@ void vw_comparison_free(struct vw_comparison *comparison);
 
 // Returns the list of a training: that of its valuation.
 const struct vw_photo_set *vw_comparison_list(const struct vw_comparison *comparison, uint32_t list, uint32_t training);
-// Tells whether a list has other photos by seed or by valuation.
+// Returns whether a list has other photos by seed or by valuation.
 bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list);
 // Returns the mean of a list in one outcome, and its error, over the seeds or the valuations.
 struct vw_outcome_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,

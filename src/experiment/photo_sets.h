@@ -52,7 +52,7 @@ void vw_photo_sets_free(struct vw_photo_sets *sets);
 // Returns the photos of a list in trainings with a seed. Draws those of a random list (Philox, by the seed and the
 // place of the list).
 const uint32_t *vw_photo_sets_draw(struct vw_photo_sets *sets, uint32_t list, uint64_t seed);
-// Tells whether a list that is not random has a view.
+// Returns whether a list that is not random has a view.
 bool vw_photo_set_has(const struct vw_photo_set *list, uint32_t view);
 
 #endif

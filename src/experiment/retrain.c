@@ -338,7 +338,7 @@ static enum vw_status settle(struct vw_retrainer *retrainer, const char *id) {
     return status;
 }
 
-// Tells whether a recorded retraining is made again.
+// Returns whether a recorded retraining is made again.
 static bool is_sampled(const struct work *work, const char *id) {
     uint64_t rank = rank_of(work->retrainer, id);
     bool only_one = !work->retrainer->repeated && rank == work->least_rank;

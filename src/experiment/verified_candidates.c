@@ -55,7 +55,7 @@ static void free_candidate(struct vw_candidate *candidate) {
 
 // ---- Rules ----
 
-// Tells whether two lists, each without repetitions, have the same photos. The order differs by scoring.
+// Returns whether two lists, each without repetitions, have the same photos. The order differs by scoring.
 static enum vw_status compare(const struct vw_selection *one, const struct vw_selection *other, bool *equal) {
     *equal = one->count == other->count;
     if (!*equal) return VW_OK;

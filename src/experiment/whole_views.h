@@ -21,7 +21,7 @@ struct vw_saved_views {
 
 // Returns the path of the picture of a retraining (its id) and a view, owned by the caller; NULL when memory is short.
 char *vw_saved_view_path(const struct vw_saved_views *saved, const char *retraining_id, uint32_t view);
-// Tells whether all pictures of a retraining are there, as files and not as links. Also false when memory is short.
+// Returns whether all pictures of a retraining are there, as files and not as links. Also false when memory is short.
 bool vw_saved_views_exist(const struct vw_saved_views *saved, const char *retraining_id);
 
 // Measures views, one entry of `errors` and `ssims` for each, and saves the pictures of those in `saved`.

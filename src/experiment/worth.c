@@ -290,7 +290,7 @@ static enum vw_status open_retrainer(struct work *work) {
     return status ? status : plan(work);
 }
 
-// Tells whether a kill left retrainings without their report, or without the list that is written after it.
+// Returns whether a kill left retrainings without their report, or without the list that is written after it.
 static bool lacks_outputs(const struct work *work) {
     const char *out = work->params->out;
     return (work->params->retrainings || work->params->provider_retrainings) &&

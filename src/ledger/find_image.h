@@ -7,7 +7,7 @@
 // Finds an image by its id; NULL if it does not exist.
 const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count,
                                                    uint32_t image_id);
-// Tells whether a validation photo has another weight than 1.
+// Returns whether a validation photo has another weight than 1.
 bool vw_images_have_weights(const struct vw_ledger_image *images, uint32_t image_count);
 // Finds an image that must exist. VW_ERROR_INPUT names its id; the caller adds what refers to it.
 enum vw_status vw_ledger_require_image(const struct vw_ledger_image *images, uint32_t image_count, uint32_t image_id,

@@ -114,7 +114,7 @@ enum vw_status vw_retraining_store_digest(struct vw_retraining_store *retraining
 
 static char *name_kept(const char *id) { return vw_format_text("retrainings.db/%s", id); }
 
-// Tells whether the rows of a retraining are those that the ledger binds, or there is no ledger.
+// Returns whether the rows of a retraining are those that the ledger binds, or there is no ledger.
 static enum vw_status is_believed(struct vw_retraining_store *retrainings, const char *id, bool *believed) {
     char hash[VW_HASH_HEX_BYTES];
     *believed = true;

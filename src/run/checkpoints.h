@@ -26,7 +26,7 @@ enum vw_status vw_checkpoints_load(struct vw_checkpoints *checkpoints, struct vw
                                    bool *found, uint64_t *step);
 // Starts the time until the first one is due.
 void vw_checkpoints_begin(struct vw_checkpoints *checkpoints);
-// Tells whether the next one is due: after 1 s, then 2, 4, ... up to every 30 s, and rarely enough to cost at most a
+// Returns whether the next one is due: after 1 s, then 2, 4, ... up to every 30 s, and rarely enough to cost at most a
 // twentieth of the time.
 bool vw_checkpoints_due(const struct vw_checkpoints *checkpoints);
 // Saves the trainer's state; nothing may be in flight. A failure is a warning: the ledger has all that counts.

@@ -103,7 +103,7 @@ static enum vw_status open_file(struct vw_out_lock *lock) {
                    lock->out, VW_OUT_LOCK_FILE);
 }
 
-// Tells whether the locked file still has the name: the process that held the lock before may just have removed it.
+// Returns whether the locked file still has the name: the process that held the lock before may just have removed it.
 static bool is_current(const struct vw_out_lock *lock, struct stat *info) {
     struct stat named;
     return !fstat(lock->file, info) && !fstatat(lock->folder, VW_OUT_LOCK_FILE, &named, AT_SYMLINK_NOFOLLOW) &&

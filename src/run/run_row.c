@@ -233,7 +233,7 @@ static enum vw_status refuse_value(const char *key, const json_t *ours, const js
     return status;
 }
 
-// Tells whether a field differs because another one does, which the user gives and the message names: base_seed is 0
+// Returns whether a field differs because another one does, which the user gives and the message names: base_seed is 0
 // where everything varies.
 static bool follows_from_another(const char *key, const json_t *ours, const json_t *recorded) {
     return strcmp(key, "base_seed") == 0 &&

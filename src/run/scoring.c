@@ -96,7 +96,7 @@ void vw_scoring_end_early(struct vw_ledger *ledger, const struct vw_config *conf
 
 // ---- Comparison with the recorded ones -----------------------------------------------------------------------------
 
-// Tells whether two reals agree up to the last digits. The hashes fix recorded scores to the bit; here they are
+// Returns whether two reals agree up to the last digits. The hashes fix recorded scores to the bit; here they are
 // compared with scores made anew, and another C library rounds cosines and roots differently.
 static bool same_real(double a, double b, double scale) {
     return a == b || (isnan(a) && isnan(b)) ||

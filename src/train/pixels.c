@@ -152,7 +152,7 @@ static void next_stratum(struct strata *s) {
     if (++s->stratum == strata_in_band(s)) s->band++, s->stratum = 0;
 }
 
-// Tells whether any pixel of a square counts.
+// Returns whether any pixel of a square counts.
 static bool shows(const struct vw_view *view, bool masks, uint32_t left_px, uint32_t top_px, uint32_t side) {
     for (uint32_t y = top_px; y < top_px + side && y < view->image.height_px; y++)
         for (uint32_t x = left_px; x < left_px + side && x < view->image.width_px; x++)

@@ -139,7 +139,7 @@ static enum vw_status write_photo(const struct making *making, const struct vw_i
     return status;
 }
 
-// Tells whether a photo tests; test photos are spread evenly over all.
+// Returns whether a photo tests; test photos are spread evenly over all.
 static bool is_test(const struct making *making, uint32_t photo) {
     return (uint64_t)(photo + 1) * TEST_PHOTOS / making->photo_count !=
            (uint64_t)photo * TEST_PHOTOS / making->photo_count;

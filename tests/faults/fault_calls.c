@@ -177,7 +177,7 @@ static enum outcome next_file_call(const char *kind, int folder, const char *pat
 // Sends the signal to the process, as other senders do: the thread that writes the ledger takes none.
 static void send_signal(void) { kill(getpid(), (int)fault.signal); }
 
-// Tells whether a call that does all or nothing must fail.
+// Returns whether a call that does all or nothing must fail.
 static bool hits(const char *kind, int folder, const char *path) {
     enum outcome outcome = next_file_call(kind, folder, path);
     if (outcome == SIGNALS) send_signal();
@@ -329,7 +329,7 @@ void *__libc_calloc(size_t count, size_t item_bytes);
 void *__libc_realloc(void *memory, size_t size_bytes);
 void *__libc_memalign(size_t alignment_bytes, size_t size_bytes);
 
-// Tells whether a place is new, so that it is logged once; one that finds no room is logged again, which does no harm.
+// Returns whether a place is new, so that it is logged once; one that finds no room is logged again, which does no harm.
 static bool is_new_place(uint64_t place) {
     enum { SLOTS = 1 << 14 };
     static _Atomic uint64_t known[SLOTS];

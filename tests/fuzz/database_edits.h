@@ -25,7 +25,7 @@ void fuzz_edit_database(const uint8_t *valid, size_t valid_bytes, const uint8_t 
                         struct fuzz_database *database);
 // Writes file and journal; `path` is that of the file.
 void fuzz_write_database(const char *path, const struct fuzz_database *database);
-// Tells whether the file at `path` is the one written.
+// Returns whether the file at `path` is the one written.
 bool fuzz_database_is_unchanged(const char *path, const struct fuzz_database *database);
 
 #endif

@@ -5,7 +5,7 @@
 #include "base/text.h"
 #include "batch/jobs.h"
 
-// Tells whether a name stays below OUT: parts without dots, with single slashes between.
+// Returns whether a name stays below OUT: parts without dots, with single slashes between.
 static bool is_place(const char *name) {
     bool part = false;
     for (; *name; name++) {

@@ -39,7 +39,7 @@ static sqlite3_vfs *system_vfs, watching_vfs;
 static const sqlite3_io_methods *system_journal, *system_database;
 static sqlite3_io_methods watching_journal, watching_database;
 
-// Tells whether the child is to die in the operation that begins.
+// Returns whether the child is to die in the operation that begins.
 static bool ends_here(void) { return observed->counting && ++observed->operations == observed->dies_in; }
 
 static void die_if(bool ends) {

@@ -149,7 +149,7 @@ static uint32_t number_of(const struct sweep *sweep, uint32_t base, double value
     return number < 1 ? 0 : (uint32_t)number;
 }
 
-// Tells whether a config can be trained and gives scores.
+// Returns whether a config can be trained and gives scores.
 static bool is_admitted(const struct vw_config *config) {
     return config->epochs > config->burn_in_epochs && !vw_config_check(config);
 }

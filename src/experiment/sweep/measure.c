@@ -188,7 +188,7 @@ enum vw_status vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configu
                           &state->measured[configuration].val_psnr);
 }
 
-// Tells whether the base's pixels are measured; without masks, or where appearance fits left halves, others are.
+// Returns whether the base's pixels are measured; without masks, or where appearance fits left halves, others are.
 static enum vw_status sees_base_pixels(const struct vw_sweep_state *state, uint32_t configuration, bool *same) {
     const struct vw_session *session = &state->session;
     struct vw_effect_verdict ours[VW_EFFECT_COUNT_MAX];

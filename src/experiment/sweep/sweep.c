@@ -87,7 +87,7 @@ static void log_duration(const struct vw_sweep_state *state) {
         count, params->common.seeds, retrainings, about);
 }
 
-// Tells whether a configuration's folder has the ledgers of all seeds.
+// Returns whether a configuration's folder has the ledgers of all seeds.
 static bool has_runs(const struct vw_experiment_params *common, const char *folder) {
     bool there = true;
     for (uint32_t i = 0; i < common->seeds && there; i++) {

@@ -12,9 +12,9 @@
 
 // Returns VW_ERROR_USAGE for a config (NULL: the default) that no backward pass can follow.
 enum vw_status vw_lasting_check_config(const struct vw_config *config);
-// Tells whether a run of `config` has a gate; with momentum it has none.
+// Returns whether a run of `config` has a gate; with momentum it has none.
 bool vw_lasting_has_gate(const struct vw_config *config);
-// Tells whether the ledger already has the wanted result for a run of `config`, with its gate if that is wanted.
+// Returns whether the ledger already has the wanted result for a run of `config`, with its gate if that is wanted.
 bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,
                          const struct vw_lasting_pass *pass);
 

@@ -182,7 +182,7 @@ static enum vw_status add_table(struct vw_report_files *files, const char *out, 
 
 // ---- Pictures ------------------------------------------------------------------------------------------------------
 
-// Tells whether a render's name stays within the folder: "renders/" and a plain name.
+// Returns whether a render's name stays within the folder: "renders/" and a plain name.
 static bool is_render(const char *file) {
     static const char folder[] = "renders/";
     return file && strncmp(file, folder, strlen(folder)) == 0 && file[strlen(folder)] &&

@@ -129,7 +129,7 @@ static void close_run(struct held_run *run) {
     free(run->folder);
 }
 
-// Tells whether the report has the run already: several folders may contain it, or one may be named twice.
+// Returns whether the report has the run already: several folders may contain it, or one may be named twice.
 static bool is_held(const struct gathering *gathering, const struct held_run *run) {
     for (const struct held_run *held = gathering->runs; held < run; held++)
         if (!strcmp(held->recorded.row.run_id, run->recorded.row.run_id) && !strcmp(held->head, run->head)) return true;
@@ -200,7 +200,7 @@ static enum vw_status add_several(struct gathering *gathering, const char *out, 
     return status;
 }
 
-// Tells whether an operand before this one names the same folder.
+// Returns whether an operand before this one names the same folder.
 static bool is_repeated(const char *const *outs, uint32_t place) {
     bool repeated = false;
     char *path = realpath(outs[place], NULL);
@@ -335,7 +335,7 @@ static bool judges(const struct vw_ledger_image *image) {
     return strcmp(image->split, "val") == 0 || strcmp(image->split, "test") == 0;
 }
 
-// Tells whether a photo of both runs validates or tests in one of them alone, or with another weight.
+// Returns whether a photo of both runs validates or tests in one of them alone, or with another weight.
 static bool splits_differ(const struct vw_value_input *one, const struct vw_value_input *other) {
     for (uint32_t i = 0; i < one->image_count; i++)
         for (uint32_t j = 0; j < other->image_count; j++) {

@@ -73,7 +73,7 @@ enum vw_status vw_scene_map_write(const struct vw_scene *scene, const char *cons
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// Tells whether a list has `count` triples of numbers; null means a number that is not finite.
+// Returns whether a list has `count` triples of numbers; null means a number that is not finite.
 static bool has_triples(const json_t *map, const char *key, size_t count) {
     const json_t *array = json_object_get(map, key);
     bool fits = json_is_array(array) && json_array_size(array) == 3 * count;
@@ -84,7 +84,7 @@ static bool has_triples(const json_t *map, const char *key, size_t count) {
     return fits;
 }
 
-// Tells whether each image has a word that advice knows, or none. A map of an earlier version has no list.
+// Returns whether each image has a word that advice knows, or none. A map of an earlier version has no list.
 static bool has_reasons(const json_t *array, size_t count) {
     bool fits = !array || (json_is_array(array) && json_array_size(array) == count);
     for (size_t i = 0; fits && i < json_array_size(array); i++) {

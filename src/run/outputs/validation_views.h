@@ -30,7 +30,7 @@ enum vw_status vw_validation_views_make(const struct vw_scene *scene, struct vw_
                                         struct vw_validation_views *validation);
 // Returns the name of a view of the scene.
 const char *vw_validation_views_name(const struct vw_validation_views *validation, uint32_t view);
-// Tells whether there are validated steps after burn-in.
+// Returns whether there are validated steps after burn-in.
 bool vw_validation_views_have_matrix(const struct vw_validation_views *validation);
 void vw_validation_views_free(struct vw_validation_views *validation);
 

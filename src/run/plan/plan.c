@@ -129,7 +129,7 @@ static enum vw_status plan_among(const struct choice *choice, uint32_t count, co
     return vw_budget_plan(choice->candidates, count, &task, chosen);
 }
 
-// Tells whether to time this candidate: it would have to fit if it cost no more than the next cheaper one, and timing
+// Returns whether to time this candidate: it would have to fit if it cost no more than the next cheaper one, and timing
 // must leave time for the run (compiling shaders may take long).
 static bool is_worth_measuring(struct choice *choice, uint32_t candidate, const struct vw_plan *plan, double begun_s) {
     struct vw_budget_plan hoped = {0};

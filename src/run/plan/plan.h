@@ -34,7 +34,7 @@ enum vw_status vw_plan_make(const struct vw_run_params *params, struct vw_ledger
                             struct vw_config *config, struct vw_plan *plan);
 void vw_plan_free(struct vw_plan *plan);
 
-// Tells whether the run ends by the clock.
+// Returns whether the run ends by the clock.
 bool vw_plan_keeps_time(const struct vw_plan *plan);
 // Estimates, once, the time that vw_plan_left_s keeps for finishing a run on that scene.
 void vw_plan_estimate_finish(const struct vw_scene *scene, bool no_thumbnails, struct vw_plan *plan);

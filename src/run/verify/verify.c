@@ -59,7 +59,7 @@ static enum vw_status check_import(const struct vw_recorded_run *run, const stru
 
 // ---- Replay --------------------------------------------------------------------------------------------------------
 
-// Tells whether the run is one of `value`: the untrained field has a validation, or one that is not finite.
+// Returns whether the run is one of `value`: the untrained field has a validation, or one that is not finite.
 static bool is_validated(const struct vw_value_input *input) {
     return input->record_count > 0 && (input->records[0].validated || input->records[0].nonfinite);
 }

@@ -26,7 +26,7 @@ uint64_t vw_buffer_list_bytes(const struct vw_buffer_list *list);
 struct vw_file_binding {
     // Records the hash of a file that is about to take its place.
     enum vw_status (*keep)(void *context, const char *name, const char *sha256);
-    // Tells whether the file that was read is the recorded one.
+    // Returns whether the file that was read is the recorded one.
     enum vw_status (*is_kept)(void *context, const char *name, const char *sha256, bool *kept);
     void *context;
 };

@@ -123,7 +123,7 @@ static uint32_t cells_of_part(const struct vw_splat_evaluation *splats, const st
     return last->first_cell + last->columns * last->rows;
 }
 
-// Tells whether the last part has no room for a view of so many cells.
+// Returns whether the last part has no room for a view of so many cells.
 static bool is_full_for(const struct vw_splat_evaluation *splats, uint32_t cells) {
     const struct drawn_part *last = splats->part_count ? &splats->parts[splats->part_count - 1] : NULL;
     if (!last || last->splats.tile_count == TILES_MOST) return true;
