@@ -149,9 +149,9 @@ static bool lies_within(double value, double least, double largest) {
     return value >= least - rounding && value <= largest + rounding;
 }
 
-// Returns whether the values of a step are what its view rows say: their weighted mean PSNR; and a pooled PSNR and a mean
-// L1 that lie between those of the views, since the ledger does not have the pixels of a view, by which these two are
-// weighted. Only the steps of an imported log have neither view rows nor a pooled PSNR.
+// Returns whether the values of a step are what its view rows say: their weighted mean PSNR; and a pooled PSNR and a
+// mean L1 that lie between those of the views, since the ledger does not have the pixels of a view, by which these two
+// are weighted. Only the steps of an imported log have neither view rows nor a pooled PSNR.
 static bool is_of_views(sqlite3_stmt *step, const struct view_sums *sums) {
     enum { PSNR = 5, POOLED, L1 };
     double psnr = vw_row_read_real(step, PSNR), pooled = vw_row_read_real(step, POOLED);

@@ -329,7 +329,8 @@ void *__libc_calloc(size_t count, size_t item_bytes);
 void *__libc_realloc(void *memory, size_t size_bytes);
 void *__libc_memalign(size_t alignment_bytes, size_t size_bytes);
 
-// Returns whether a place is new, so that it is logged once; one that finds no room is logged again, which does no harm.
+// Returns whether a place is new, so that it is logged once; one that finds no room is logged again, which does no
+// harm.
 static bool is_new_place(uint64_t place) {
     enum { SLOTS = 1 << 14 };
     static _Atomic uint64_t known[SLOTS];

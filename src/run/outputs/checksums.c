@@ -293,8 +293,8 @@ enum vw_status vw_checksums_put_back(const char *out, struct vw_ledger *ledger, 
 
 // ---- The rest of the folder ----------------------------------------------------------------------------------------
 
-// Returns whether nothing speaks for a file: neither the list nor verify's table names it, and it is not the lock file of
-// a running command.
+// Returns whether nothing speaks for a file: neither the list nor verify's table names it, and it is not the lock file
+// of a running command.
 static bool is_unlisted(const char *name) {
     bool known = !strcmp(name, ".") || !strcmp(name, "..") || !strcmp(name, VW_CHECKSUMS_FILE) ||
                  !strcmp(name, VW_OUT_LOCK_FILE);
