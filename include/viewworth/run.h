@@ -71,8 +71,6 @@ struct vw_run_params {
     double budget_s;                // choose the level and epochs so that all ends within this time; 0: no budget
     uint32_t explicit_fields;       // VW_EXPLICIT_*
     struct vw_payout_options payout;
-    const char *sampled_head; // chain head of the recorded run of whose retrainings a sample was made again; NULL: of
-                              // none, and a resumed run with retrainings pays nobody
     struct vw_lasting_options lasting;
     struct vw_report_options report;
     bool profile;              // time every pass

@@ -162,8 +162,10 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
     {"providers", "FILE.csv", "Table of who supplied each photo (CSV header: name,provider)",
      VW_OPTIONS_SCENE | VW_OPTIONS_VERIFY, VW_SECTION_SCENE, OPTION(TEXT, providers), COMMON},
-    {"replay", "N", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
-     VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON},
+    {"replay", "N|all", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
+     VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON, .all = true},
+    {"retrainings", "N|all", "Make the first N retrainings of worth again and compare every bit with the ledger",
+     VW_OPTIONS_VERIFY, VW_SECTION_MAIN, OPTION(COUNT, repeat_retrainings), RANGE(1, UINT32_MAX), COMMON, .all = true},
     {"payout", "AMOUNT",
      "Amount of money to divide among the photos in proportion to their worth where that is positive; a provider gets "
      "the sum over its photos. Needs retrainings that tell at least two photos apart",

@@ -30,9 +30,10 @@ static enum vw_status parse_whole(const struct vw_option *option, const char *te
     char *end = NULL;
     errno = 0;
     unsigned long long parsed = isdigit((unsigned char)text[0]) ? strtoull(text, &end, 10) : 0;
-    if (!end || *end || errno || parsed < option->least || parsed > most)
-        return refuse_number(option, text, "a whole number");
-    *number = parsed;
+    bool all = option->all && !strcmp(text, "all");
+    if (!all && (!end || *end || errno || parsed < option->least || parsed > most))
+        return refuse_number(option, text, option->all ? "\"all\" or a whole number" : "a whole number");
+    *number = all ? most : parsed;
     return VW_OK;
 }
 

@@ -89,14 +89,12 @@ static enum vw_status try_base(struct vw_retrainer *retrainer) {
 }
 
 static enum vw_status open_retrainings(struct vw_retrainer *retrainer) {
-    char *path = vw_path_join(retrainer->params.out, "retrainings.db");
+    const char *out = retrainer->params.out;
+    if (!out) return vw_retraining_store_open(NULL, &retrainer->retrainings);
+    char *path = vw_path_join(out, "retrainings.db");
     enum vw_status status = path ? vw_retraining_store_open(path, &retrainer->retrainings) : VW_ERROR_MEMORY;
     free(path);
-    if (status) return status;
-    vw_retraining_store_bind(retrainer->retrainings, retrainer->params.ledger);
-    if (!retrainer->params.ledger) return vw_retraining_store_digest(retrainer->retrainings, retrainer->sample);
-    vw_ledger_chain_head(retrainer->params.ledger, retrainer->sample);
-    return VW_OK;
+    return status;
 }
 
 enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struct vw_retrainer *retrainer) {
@@ -116,7 +114,6 @@ void vw_retrainer_close(struct vw_retrainer *retrainer) {
     vw_retraining_store_close(&retrainer->retrainings);
     free(retrainer->train_views);
     free(retrainer->left_out);
-    free(retrainer->settled);
 }
 
 // Hashes the names of the photos, as a run's subset_hash does: an id does not depend on the order of the scene file.
@@ -149,9 +146,7 @@ struct seat {
     const struct vw_retrain_params *retraining;
     struct vw_retrain_result *result;
     char id[VW_HASH_HEX_BYTES];
-    uint32_t ends, measured; // ends of epochs to measure, and of these, those that were
-    bool recorded, recalled; // there is a result already, with which this one is compared; it counts as recalled
-    struct vw_retrain_result as_recorded;
+    uint32_t ends, measured;       // ends of epochs to measure, and of these, those that were
     struct vw_retrain_view *views; // owned; means over these ends, then the gains
     uint32_t view_count;
     double val_psnr; // after the last step, of gains; NaN: no step had a value yet
@@ -281,9 +276,7 @@ struct work {
     struct vw_retrainer *retrainer;
     struct seat seats[VW_SESSION_TRAININGS_MAX];
     uint32_t busy;
-    const double *of_ledger; // recorded outcomes, a sample of which is made again; NULL: those of the store are
-    double counted_cpu_s;    // shared out among the seats
-    uint64_t least_rank;     // lowest rank of a retraining of this call that can be recalled
+    double counted_cpu_s; // shared out among the seats
     struct vw_first_failure failure;
 };
 
@@ -307,136 +300,22 @@ static void release(struct seat *seat) {
     vw_trainer_stop_after(seat->trainer, total - left * epoch);
 }
 
-// ---- The sample of recalled retrainings that are made again ----
-
-// Returns a number that depends on the id and on what chooses the sample: below SAMPLED for an eighth of them.
-static const uint64_t SAMPLED = UINT64_MAX / 8;
-
-static uint64_t rank_of(const struct vw_retrainer *retrainer, const char *id) {
-    struct vw_hasher hasher;
-    uint8_t hash[VW_HASH_BYTES];
-    uint64_t rank;
-    vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth sample 1");
-    vw_hasher_add_text(&hasher, retrainer->sample);
-    vw_hasher_add_text(&hasher, id);
-    vw_hasher_end(&hasher, hash);
-    memcpy(&rank, hash, sizeof rank);
-    return rank;
-}
-
-static bool is_settled(const struct vw_retrainer *retrainer, uint64_t rank) {
-    for (size_t i = 0; i < retrainer->settled_count; i++)
-        if (retrainer->settled[i] == rank) return true;
-    return false;
-}
-
-static enum vw_status settle(struct vw_retrainer *retrainer, const char *id) {
-    enum vw_status status = vw_grow((void **)&retrainer->settled, &retrainer->settled_capacity,
-                                    retrainer->settled_count + 1, sizeof *retrainer->settled);
-    if (!status) retrainer->settled[retrainer->settled_count++] = rank_of(retrainer, id);
-    return status;
-}
-
-// Returns whether a recorded retraining is made again.
-static bool is_sampled(const struct work *work, const char *id) {
-    uint64_t rank = rank_of(work->retrainer, id);
-    bool only_one = !work->retrainer->repeated && rank == work->least_rank;
-    return (rank < SAMPLED || only_one) && !is_settled(work->retrainer, rank);
-}
-
-// Finds what is recorded: the outcome that the ledger has, or the result that the store has.
-static enum vw_status find_recorded(const struct work *work, uint32_t place, const char *id, bool *found,
-                                    struct vw_retrain_result *result) {
-    if (!work->of_ledger) return vw_retraining_store_find(work->retrainer->retrainings, id, found, result);
-    *found = true;
-    *result = (struct vw_retrain_result){.val_psnr = work->of_ledger[place]};
-    return VW_OK;
-}
-
-// Finds the one that is made again if no other is, until the command has made one again.
-static enum vw_status find_least_rank(struct work *work, const struct vw_retrain_params *retrainings, uint32_t count) {
-    enum vw_status status = VW_OK;
-    work->least_rank = UINT64_MAX;
-    for (uint32_t i = 0; !status && i < count && !work->retrainer->repeated; i++) {
-        struct vw_retrain_result result;
-        char id[VW_HASH_HEX_BYTES];
-        bool found = false;
-        vw_retrainer_name(work->retrainer, &retrainings[i], id);
-        status = find_recorded(work, i, id, &found, &result);
-        uint64_t rank = rank_of(work->retrainer, id);
-        if (found && rank < work->least_rank && !is_settled(work->retrainer, rank)) work->least_rank = rank;
-    }
-    return status;
-}
-
-static bool same(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
-
-// Compares the only value that a ledger has; none for one that is not finite.
-static bool same_outcome(const struct vw_retrain_result *a, const struct vw_retrain_result *b) {
-    return same(isfinite(a->val_psnr) ? a->val_psnr : NAN, b->val_psnr);
-}
-
-static bool same_result(const struct vw_retrain_result *a, const struct vw_retrain_result *b) {
-    return same(a->val_psnr, b->val_psnr) && same(a->val_ssim, b->val_ssim) && same(a->val_l1, b->val_l1) &&
-           same(a->test_psnr, b->test_psnr) && same(a->test_ssim, b->test_ssim) && same(a->test_l1, b->test_l1);
-}
-
-// Compares the measurements of single photos, where all are recorded.
-static enum vw_status compare_views(const struct vw_retrainer *retrainer, const struct seat *seat, bool *equal) {
-    struct vw_retrain_view *recorded = vw_allocate(seat->view_count, sizeof *recorded);
-    bool found = false;
-    if (!recorded) return VW_ERROR_MEMORY;
-    if (seat->view_count) memcpy(recorded, seat->views, seat->view_count * sizeof *recorded);
-    enum vw_status status =
-        vw_retraining_store_recall_views(retrainer->retrainings, seat->id, recorded, seat->view_count, &found);
-    for (uint32_t i = 0; !status && found && i < seat->view_count; i++)
-        *equal &= same(recorded[i].psnr_db, seat->views[i].psnr_db);
-    free(recorded);
-    return status;
-}
-
-// Compares a retraining with the recorded one. Only the CPU time may differ.
-static enum vw_status compare_recorded(const struct work *work, const struct seat *seat) {
-    struct vw_retrainer *retrainer = work->retrainer;
-    bool equal = work->of_ledger ? same_outcome(seat->result, &seat->as_recorded)
-                                 : same_result(seat->result, &seat->as_recorded);
-    enum vw_status status = work->of_ledger ? VW_OK : compare_views(retrainer, seat, &equal);
-    if (status) return status;
-    retrainer->repeated += equal && !work->of_ledger;
-    if (equal) return VW_OK;
-    if (work->of_ledger)
-        return vw_fail(VW_ERROR_MISMATCH,
-                       "%s/ledger.db: a retraining on %" PRIu32 " photos with seed %" PRIu64 ", made again, has a "
-                       "validation PSNR of %.9g dB, not the recorded %.9g dB: it was not made by this program on this "
-                       "device, and nobody is paid by it; value the scene again into another --out",
-                       retrainer->params.out, seat->retraining->view_count, seat->retraining->seed,
-                       seat->result->val_psnr, seat->as_recorded.val_psnr);
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "%s/retrainings.db: retraining %s, made again, has a validation PSNR of %.9g dB or photos that are "
-                   "not the recorded ones (%.9g dB): it was not made by this program on this device; remove the file "
-                   "and repeat the command",
-                   retrainer->params.out, seat->id, seat->result->val_psnr, seat->as_recorded.val_psnr);
-}
-
 // ---- Beginning and ending ----
 
-// Begins a retraining. `recorded` is its result, if there is one already; `recalled` says that nothing is missing
-// there.
+static enum vw_status fail_interrupted(const char *out) {
+    if (!out) return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; no retraining made again has differed so far");
+    return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the finished retrainings; the same command resumes",
+                   out);
+}
+
 static enum vw_status sit_down(struct work *work, const struct vw_retrain_params *retraining, const char *id,
-                               const struct vw_retrain_result *recorded, bool recalled,
                                struct vw_retrain_result *result) {
     struct vw_retrainer *retrainer = work->retrainer;
     struct seat *seat = work->seats;
-    if (vw_interrupt_requested(&retrainer->params.interrupt))
-        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the finished retrainings; the same command resumes",
-                       retrainer->params.out);
+    if (vw_interrupt_requested(&retrainer->params.interrupt)) return fail_interrupted(retrainer->params.out);
     while (seat->trainer) seat++;
     share_cpu_time(work);
     *seat = (struct seat){.retraining = retraining, .result = result, .ends = 1, .val_psnr = NAN};
-    if (recorded) seat->as_recorded = *recorded;
-    seat->recorded = recorded;
-    seat->recalled = recalled;
     for (uint32_t i = 0; i < retraining->photo_count; i++) retraining->photos[i].psnr_db = 0;
     if (retraining->view_count > 0 && retrainer->params.averaged_epochs > 1)
         seat->ends = retrainer->params.averaged_epochs;
@@ -450,23 +329,21 @@ static enum vw_status sit_down(struct work *work, const struct vw_retrain_params
 }
 
 // Begins a retraining, or recalls it. False: an equal one is being made.
-static bool begin(struct work *work, const struct vw_retrain_params *retrainings, uint32_t place,
-                  struct vw_retrain_result *result) {
+static bool begin(struct work *work, const struct vw_retrain_params *retraining, struct vw_retrain_result *result) {
     struct vw_retrainer *retrainer = work->retrainer;
-    const struct vw_retrain_params *retraining = &retrainings[place];
     struct vw_retrain_result recorded = {0};
     char id[VW_HASH_HEX_BYTES];
-    bool held = false;
+    bool found = false;
     vw_retrainer_name(retrainer, retraining, id);
     if (is_being_made(work, id)) return false;
-    enum vw_status status = find_recorded(work, place, id, &held, &recorded);
-    bool found = held && (work->of_ledger || vw_saved_views_exist(&retrainer->saved_views, id));
+    enum vw_status status = vw_retraining_store_find(retrainer->retrainings, id, &found, &recorded);
+    found = found && vw_saved_views_exist(&retrainer->saved_views, id);
     if (!status && found && retraining->photo_count > 0)
         status = vw_retraining_store_recall_views(retrainer->retrainings, id, retraining->photos,
                                                   retraining->photo_count, &found);
-    retrainer->recalled += !status && found && !work->of_ledger;
-    if (!status && found && !is_sampled(work, id)) *result = recorded;
-    else if (!status) status = sit_down(work, retraining, id, held ? &recorded : NULL, found, result);
+    retrainer->recalled += !status && found;
+    if (!status && found) *result = recorded;
+    else if (!status) status = sit_down(work, retraining, id, result);
     vw_first_failure_note(&work->failure, status);
     return true;
 }
@@ -527,13 +404,10 @@ static enum vw_status finish(struct work *work, struct seat *seat) {
     share_cpu_time(work);
     seat->result->seconds = seat->cpu_s;
     take_photos(seat);
-    enum vw_status status = seat->recorded ? compare_recorded(work, seat) : VW_OK;
-    if (!status && !seat->recalled)
-        status = vw_retraining_store_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made, seat->result,
-                                         seat->views, seat->view_count);
-    if (!status) status = settle(retrainer, seat->id);
-    if (status || work->of_ledger) return status;
-    retrainer->made += !seat->recalled;
+    enum vw_status status = vw_retraining_store_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made,
+                                                    seat->result, seat->views, seat->view_count);
+    if (status) return status;
+    retrainer->made++;
     report_progress(retrainer);
     return VW_OK;
 }
@@ -564,32 +438,16 @@ static void advance(struct work *work) {
     }
 }
 
-static enum vw_status make_all(struct work *work, const struct vw_retrain_params *retrainings, uint32_t count,
-                               struct vw_retrain_result *results) {
-    work->counted_cpu_s = vw_cpu_s();
-    vw_first_failure_note(&work->failure, find_least_rank(work, retrainings, count));
-    for (uint32_t next = 0; work->busy > 0 || (!work->failure.status && next < count);) {
-        while (!work->failure.status && next < count && work->busy < work->retrainer->at_a_time &&
-               begin(work, retrainings, next, &results[next]))
-            next++;
-        advance(work);
-    }
-    return vw_first_failure_report(&work->failure);
-}
-
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results) {
-    struct work work = {.retrainer = context};
-    return make_all(&work, retrainings, count, results);
-}
-
-enum vw_status vw_retrain_check_sample(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
-                                       const double *val_psnr, uint32_t count) {
-    struct work work = {.retrainer = retrainer, .of_ledger = val_psnr};
-    struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
-    enum vw_status status = results ? make_all(&work, retrainings, count, results) : VW_ERROR_MEMORY;
-    free(results);
-    return status;
+    struct work work = {.retrainer = context, .counted_cpu_s = vw_cpu_s()};
+    for (uint32_t next = 0; work.busy > 0 || (!work.failure.status && next < count);) {
+        while (!work.failure.status && next < count && work.busy < work.retrainer->at_a_time &&
+               begin(&work, &retrainings[next], &results[next]))
+            next++;
+        advance(&work);
+    }
+    return vw_first_failure_report(&work.failure);
 }
 
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
@@ -597,4 +455,46 @@ enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, con
     char id[VW_HASH_HEX_BYTES];
     vw_retrainer_name(retrainer, retraining, id);
     return vw_retraining_store_find_views(retrainer->retrainings, id, views, view_count);
+}
+
+// ---- Comparing with recorded ones ----
+
+static bool same(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
+
+static bool same_result(const struct vw_retrain_result *a, const struct vw_retrain_result *b) {
+    return same(a->val_psnr, b->val_psnr) && same(a->val_ssim, b->val_ssim) && same(a->val_l1, b->val_l1) &&
+           same(a->test_psnr, b->test_psnr) && same(a->test_ssim, b->test_ssim) && same(a->test_l1, b->test_l1);
+}
+
+// Compares what a retraining reaches on single validation and test photos.
+static enum vw_status compare_views(const struct vw_retrainer *retrainer, struct vw_retraining_store *recorded,
+                                    const char *id, bool *equal) {
+    const struct vw_scene *scene = retrainer->params.session->scene;
+    enum vw_status status = VW_OK;
+    for (uint32_t v = 0; !status && v < scene->view_count; v++) {
+        if (scene->views[v].split != VW_SPLIT_VAL && scene->views[v].split != VW_SPLIT_TEST) continue;
+        struct vw_retrain_view made = {.image_id = v}, its = {.image_id = v};
+        status = vw_retraining_store_find_views(retrainer->retrainings, id, &made, 1);
+        if (!status) status = vw_retraining_store_find_views(recorded, id, &its, 1);
+        *equal &= same(made.psnr_db, its.psnr_db);
+    }
+    return status;
+}
+
+enum vw_status vw_retrainer_compare(const struct vw_retrainer *retrainer, struct vw_retraining_store *recorded,
+                                    const struct vw_retrain_params *retraining,
+                                    const struct vw_retrain_result *result) {
+    struct vw_retrain_result its = {0};
+    char id[VW_HASH_HEX_BYTES];
+    bool found = false;
+    vw_retrainer_name(retrainer, retraining, id);
+    enum vw_status status = vw_retraining_store_find(recorded, id, &found, &its);
+    if (status || !found) return status;
+    bool equal = same_result(result, &its);
+    if (equal) status = compare_views(retrainer, recorded, id, &equal);
+    if (status || equal) return status;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "retrainings.db: retraining %s, made again, has a validation PSNR of %.9g dB or photos that are not "
+                   "the recorded ones (%.9g dB): this program did not make it on this device",
+                   id, result->val_psnr, its.val_psnr);
 }

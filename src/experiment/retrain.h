@@ -1,8 +1,5 @@
 // Retraining: trainings on some photos of one scene, measured on its validation and test photos. Every result is kept
-// in OUT/retrainings.db; an equal retraining returns the recorded result. Whoever can write into OUT can write such a
-// file, too. So where OUT has a ledger, only results are recalled whose hash it contains; and of what is recalled, a
-// sample is made again and compared bit for bit: an eighth, and at least one by each command. Its choice depends on the
-// chain head, or without a ledger on the rows of the file.
+// in OUT/retrainings.db; an equal retraining returns the recorded result.
 #ifndef VIEWWORTH_EXPERIMENT_RETRAIN_H
 #define VIEWWORTH_EXPERIMENT_RETRAIN_H
 
@@ -24,8 +21,7 @@ enum { VW_TRUTH_EPOCHS = 4 };
 struct vw_retrainer_params {
     struct vw_session *session;     // open, and open as long as the retrainer; its effects are decided when it opens
     const struct vw_config *config; // needed; retrainings bring their seeds, and their epochs unless these are 0
-    const char *out;                // needed: a folder that exists
-    struct vw_ledger *ledger;       // OUT's, opened to append, which binds the results; NULL: OUT has none
+    const char *out;                // a folder that exists; NULL: results are kept in memory, and none is recalled
     uint32_t together;              // retrainings that take their steps together on each device; 0: by it
     enum vw_equal equal;            // equal epochs or equal steps on different photos
     uint32_t averaged_epochs;       // results are means over the ends of the last so many epochs; 0 as 1: the end alone
@@ -44,11 +40,7 @@ struct vw_retrainer {
     uint32_t at_a_time;                 // as many are made, on all devices of the session
     char base_id[VW_HASH_HEX_BYTES];    // run_id of the training on all of them with seed 0
     char scene_hash[VW_HASH_HEX_BYTES];
-    uint64_t made, recalled;        // retrainings so far
-    uint64_t repeated;              // recalled ones that were made again and found equal
-    char sample[VW_HASH_HEX_BYTES]; // chooses them
-    uint64_t *settled;              // owned; ranks of the retrainings that this command has made, or made again
-    size_t settled_count, settled_capacity;
+    uint64_t made, recalled;      // retrainings so far
     uint64_t planned;             // in all; the caller sets it, for the log
     double started_s, reported_s; // for the log
 };
@@ -70,16 +62,14 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
 // Makes retrainings; a vw_retrain_function whose `context` is the retrainer. The views of a retraining are scene
 // indices; without any, the untrained field is measured. Makes several at a time (see src/train/shared_submissions.h)
 // on every device of the session, each with the result that it has alone. After a failure, and when the interrupt is
-// requested (VW_ERROR_INTERRUPTED), it finishes and keeps those that it has begun. VW_ERROR_MISMATCH for a recorded
-// retraining that does not come out the same again.
+// requested (VW_ERROR_INTERRUPTED), it finishes and keeps those that it has begun.
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 
-// Makes a sample of retrainings again whose outcomes the ledger has (NaN: not finite), and compares them bit for bit:
-// of these, too, an eighth, and at least one. Call it before vw_retrain() makes others. VW_ERROR_MISMATCH for one that
-// does not come out the same again.
-enum vw_status vw_retrain_check_sample(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
-                                       const double *val_psnr, uint32_t count);
+// Compares a result that this retrainer has made, and its single photos, with those that another store has, if any.
+// VW_ERROR_MISMATCH when a bit differs; only the CPU time may.
+enum vw_status vw_retrainer_compare(const struct vw_retrainer *retrainer, struct vw_retraining_store *recorded,
+                                    const struct vw_retrain_params *retraining, const struct vw_retrain_result *result);
 
 // Fills in psnr_db of a retraining's single validation and test photos, whose image_ids are scene indices. Returns
 // VW_ERROR_MISMATCH when the store lacks one.

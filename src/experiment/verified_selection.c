@@ -10,7 +10,6 @@
 #include "ledger/find_image.h"
 #include "run/lasting/lasting_summary.h"
 #include "run/out_lock.h"
-#include "run/outputs/checksums.h"
 #include "run/scoring.h"
 #include "viewworth/log.h"
 
@@ -20,10 +19,8 @@ struct work {
     struct vw_verified_selection *result;
     struct vw_config config; // the run's, with the epochs that it took
     struct vw_out_lock *lock;
-    struct vw_ledger *ledger;            // the run's, opened to append
-    struct vw_checksums_list *checksums; // list of OUT, taken away meanwhile
-    struct vw_value_input input;         // the run's steps
-    uint8_t *halves;                     // owned; of every image
+    struct vw_value_input input; // the run's steps
+    uint8_t *halves;             // owned; of every image
     struct vw_scorings scorings;
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
@@ -87,14 +84,11 @@ static enum vw_status open_retrainer(struct work *work) {
     const struct vw_retrainer_params params = {.session = &work->session,
                                                .config = &work->config,
                                                .out = work->params->run->recorded.out,
-                                               .ledger = work->ledger,
                                                .together = work->params->together,
                                                .equal = VW_EQUAL_STEPS,
                                                .averaged_epochs = VW_TRUTH_EPOCHS,
                                                .interrupt = work->params->interrupt};
-    enum vw_status status =
-        vw_checksums_take(params.out, work->ledger, &work->checksums); // retrainings change the chain head
-    return status ? status : vw_retrainer_open(&params, &work->retrainer);
+    return vw_retrainer_open(&params, &work->retrainer);
 }
 
 // Sorts the lists that are trained on, every candidate by the scores of either half. Selections begin with the best
@@ -196,20 +190,12 @@ static enum vw_status make(struct work *work) {
     status = list_trainings(work);
     if (status) return status;
     status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
-    if (!status) status = vw_ledger_open_to_append(work->params->run->recorded.ledger_path, &work->ledger);
+    if (!status) status = vw_ledger_verify(work->params->run->recorded.ledger);
     if (!status)
         status = vw_session_open_recorded(&work->params->run->recorded, &work->params->devices, &work->session);
     if (!status) status = open_retrainer(work);
     if (!status) status = train(work);
     return status ? status : choose(work);
-}
-
-// Writes SHA256SUMS again, also after a failure: every retraining that was kept is in the ledger.
-static enum vw_status put_list_back(struct work *work, enum vw_status status) {
-    struct vw_saved_error why = vw_error_save();
-    enum vw_status put = vw_checksums_put_back(work->params->run->recorded.out, work->ledger, &work->checksums);
-    if (status) vw_error_restore(&why);
-    return status ? status : put;
 }
 
 enum vw_status vw_verified_selection_make(const struct vw_verified_selection_params *params,
@@ -219,8 +205,6 @@ enum vw_status vw_verified_selection_make(const struct vw_verified_selection_par
     enum vw_status status = make(&work);
     vw_retrainer_close(&work.retrainer);
     vw_session_close_recorded(&work.session);
-    status = put_list_back(&work, status);
-    vw_ledger_close(&work.ledger);
     vw_out_lock_release(&work.lock);
     vw_scoring_unload(&work.input);
     for (int s = 0; s < VW_SCORINGS; s++) free(work.scorings.scores[s]);

@@ -15,7 +15,6 @@
 #include "run/out_folder.h"
 #include "run/out_lock.h"
 #include "run/outputs/run_outputs.h"
-#include "run/recorded/replayed_run.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -161,41 +160,6 @@ static enum vw_status retrain(struct work *work) {
     return status;
 }
 
-// ---- Before anybody is paid ----------------------------------------------------------------------------------------
-
-static enum vw_status create_trainer(void *context, struct vw_trainer **trainer) {
-    return vw_recorded_create_trainer(context, true, trainer);
-}
-
-static enum vw_status check_steps(struct work *work) {
-    struct vw_recorded_run *recorded = &work->result->recorded;
-    const struct vw_steps_sample sample = {.ledger = recorded->ledger,
-                                           .out = recorded->out,
-                                           .create = create_trainer,
-                                           .context = recorded,
-                                           .interrupt = &work->params->interrupt};
-    return vw_steps_check_sample(&sample);
-}
-
-// Compares the retrainings of the ledger with the plan, and makes a sample of them again.
-static enum vw_status check_retrainings(struct work *work) {
-    const struct vw_scoring *scoring = &work->result->scoring;
-    uint32_t count = scoring->retraining_count;
-    const struct vw_worth_plan_progress progress = {scoring->retrainings, count, count_recorded(work, false),
-                                                    count_recorded(work, true)};
-    struct vw_ledger_retraining *rows = NULL;
-    struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
-    double *val_psnr = vw_allocate(count, sizeof *val_psnr);
-    enum vw_status status = trained && val_psnr ? list_retrainings(work, &progress, &rows) : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < count; i++) val_psnr[i] = rows[i].val_psnr;
-    if (!status) vw_worth_plan_describe(rows, count, trained);
-    if (!status) status = vw_retrain_check_sample(&work->retrainer, trained, val_psnr, count);
-    free(rows);
-    free(trained);
-    free(val_psnr);
-    return status;
-}
-
 // ---- Outputs -------------------------------------------------------------------------------------------------------
 
 // Compares the scores of the ledger, which this command may have left as they were, with those that are written now.
@@ -277,11 +241,11 @@ static enum vw_status open_session(struct work *work) {
     return vw_checksums_check_field(&work->made, work->params->out, recorded->row.field_sha256);
 }
 
-static enum vw_status open_retrainer(struct work *work) {
+// Opens the retrainer of the run's folder, or with NULL one that recalls nothing.
+static enum vw_status open_retrainer(struct work *work, const char *out) {
     const struct vw_retrainer_params params = {.session = &work->session,
                                                .config = &work->config,
-                                               .out = work->params->out,
-                                               .ledger = work->ledger,
+                                               .out = out,
                                                .together = work->params->together,
                                                .equal = VW_EQUAL_STEPS,
                                                .averaged_epochs = VW_TRUTH_EPOCHS,
@@ -305,14 +269,12 @@ static enum vw_status make(struct work *work) {
     if (!status) status = open_run(work);
     if (status) return status;
     bool trains = count_missing(work) > 0;
-    bool pays = work->payout.cents > 0, checks = pays && result->scoring.retraining_count > 0;
+    bool pays = work->payout.cents > 0;
     bool writes = trains || pays || lacks_outputs(work);
     status = writes ? open_session(work) : vw_recorded_warn_unverified(&result->recorded, false);
     if (!status && pays) status = vw_attribution_check_scene(result->recorded.scene);
-    if (!status && pays) status = check_steps(work);
-    if (!status && (trains || checks)) status = open_retrainer(work);
-    if (!status && checks) status = check_retrainings(work);
-    if (!status && trains) status = vw_checksums_remove(work->params->out); // every retraining changes the chain head
+    if (!status && trains) status = open_retrainer(work, work->params->out);
+    if (!status && trains) status = vw_checksums_remove(work->params->out); // retrainings change the chain head
     if (!status && trains) status = retrain(work);
     if (!status && writes) status = write_outputs(work);
     if (!status) status = summarise(work, &reached);
@@ -345,27 +307,72 @@ enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struc
     return status;
 }
 
-// Makes a sample of the retrainings again; a run without any may be unfinished.
-static enum vw_status check_recorded(struct work *work, char head[VW_HASH_HEX_BYTES]) {
-    struct vw_recorded_run *recorded = &work->result->recorded;
-    enum vw_status status = vw_out_lock_take(work->params->out, &work->lock);
-    if (!status) status = vw_recorded_open_unverified(work->params->out, recorded);
-    if (!status) status = vw_scoring_make(recorded->ledger, &recorded->config, &work->result->scoring);
-    if (status || !work->result->scoring.retraining_count) return status;
-    work->config = vw_config_of_retrainings(recorded, &work->result->scoring.input);
-    status = check_run(work);
-    if (!status) status = open_session(work);
-    if (!status) status = open_retrainer(work);
-    if (!status) status = check_retrainings(work);
-    if (!status) vw_ledger_chain_head(work->ledger, head);
+// ---- Repeating -----------------------------------------------------------------------------------------------------
+
+// Compares an outcome with that of the ledger, which has none that is not finite.
+static enum vw_status compare_outcome(const struct work *work, uint32_t place, double val_psnr) {
+    const struct vw_ledger_retraining *recorded = &work->result->scoring.retrainings[place];
+    double made = isfinite(val_psnr) ? val_psnr : NAN;
+    if (made == recorded->val_psnr || (isnan(made) && isnan(recorded->val_psnr))) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: retraining %" PRIu32
+                   ", made again, has a validation PSNR of %.9g dB, not the recorded %.9g dB: "
+                   "this program did not make it on this device",
+                   work->result->recorded.ledger_path, place, made, recorded->val_psnr);
+}
+
+static enum vw_status compare_all(const struct work *work, const struct vw_retrain_params *trained,
+                                  const struct vw_retrain_result *results, uint32_t count) {
+    const char *out = work->params->out;
+    struct vw_retraining_store *store = NULL;
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < count; i++) status = compare_outcome(work, i, results[i].val_psnr);
+    if (status || !vw_file_exists_inside(out, VW_RETRAININGS_FILE)) return status;
+    char *path = vw_path_join(out, VW_RETRAININGS_FILE);
+    status = path ? vw_retraining_store_open_to_read(path, &store) : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < count; i++)
+        status = vw_retrainer_compare(&work->retrainer, store, &trained[i], &results[i]);
+    vw_retraining_store_close(&store);
+    free(path);
     return status;
 }
 
-enum vw_status vw_worth_check_recorded(const struct vw_worth_run_params *params, char head[VW_HASH_HEX_BYTES]) {
+static enum vw_status make_again(struct work *work, uint32_t count) {
+    const struct vw_scoring *scoring = &work->result->scoring;
+    const struct vw_worth_plan_progress progress = {scoring->retrainings, scoring->retraining_count,
+                                                    count_recorded(work, false), count_recorded(work, true)};
+    struct vw_ledger_retraining *rows = NULL;
+    struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
+    struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
+    enum vw_status status = trained && results ? list_retrainings(work, &progress, &rows) : VW_ERROR_MEMORY;
+    work->retrainer.planned = count;
+    if (!status) vw_worth_plan_describe(rows, count, trained);
+    if (!status) status = vw_retrainer_announce(&work->retrainer, trained, count);
+    if (!status) status = vw_retrain(&work->retrainer, trained, count, results);
+    if (!status) status = compare_all(work, trained, results, count);
+    free(rows);
+    free(trained);
+    free(results);
+    return status;
+}
+
+static enum vw_status repeat(struct work *work, uint32_t most, uint32_t *repeated) {
+    struct vw_worth_run *result = work->result;
+    enum vw_status status = open_run(work);
+    uint32_t count = result->scoring.retraining_count < most ? result->scoring.retraining_count : most;
+    if (status || !count) return status;
+    status = vw_session_open_recorded(&result->recorded, &work->params->devices, &work->session);
+    if (!status) status = open_retrainer(work, NULL);
+    if (!status) status = make_again(work, count);
+    if (!status) *repeated = count;
+    return status;
+}
+
+enum vw_status vw_worth_repeat(const struct vw_worth_run_params *params, uint32_t most, uint32_t *repeated) {
     struct vw_worth_run result = {0};
     struct work work = {.params = params, .result = &result};
-    head[0] = 0;
-    enum vw_status status = check_recorded(&work, head);
+    *repeated = 0;
+    enum vw_status status = repeat(&work, most, repeated);
     close_work(&work);
     vw_worth_run_free(&result);
     return status;

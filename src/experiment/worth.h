@@ -40,14 +40,12 @@ enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params);
 // Computes worth. Opens the scene if there are retrainings to make or a payout to write. Keeps retrainings in
 // OUT/retrainings.db at once, and in the ledger in groups. An interrupted worth that is called again gives the same
 // bits as one without interruption. Removes all derived files and writes scores.csv, the tables, the report and
-// SHA256SUMS; a payout only where one is asked for, after a sample of steps and retrainings of the ledger was made
-// again. Returns VW_ERROR_USAGE for a run that is imported or not finished, VW_ERROR_INPUT when the photos have fewer
-// subsets. Free the result also after a failure.
+// SHA256SUMS; a payout only where one is asked for. Returns VW_ERROR_USAGE for a run that is imported or not finished,
+// VW_ERROR_INPUT when the photos have fewer subsets. Free the result also after a failure.
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result);
-// Compares the retrainings that the ledger has with the plan, and makes a sample of them again, for a resumed run that
-// pays by them. `head` becomes the chain head that this holds for, "" without retrainings. VW_ERROR_MISMATCH when one
-// does not come out the same again.
-enum vw_status vw_worth_check_recorded(const struct vw_worth_run_params *params, char head[VW_HASH_HEX_BYTES]);
+// Makes the first `most` retrainings of the ledger again, as many as it has, and compares them with it and with
+// OUT/retrainings.db bit for bit. Writes nothing. VW_ERROR_MISMATCH names the first that differs.
+enum vw_status vw_worth_repeat(const struct vw_worth_run_params *params, uint32_t most, uint32_t *repeated);
 void vw_worth_run_free(struct vw_worth_run *result);
 
 #endif

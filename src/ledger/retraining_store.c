@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "ledger/database_open.h"
 #include "ledger/table.h"
-#include "viewworth/log.h"
 
 // In a series of its own: see vw_database_format.
 enum { RETRAININGS_VERSION = 1001 };
@@ -31,7 +30,6 @@ static const struct vw_database_format format = {
 
 struct vw_retraining_store {
     struct vw_database database;
-    struct vw_ledger *ledger; // borrowed; NULL: none
 };
 
 const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
@@ -40,8 +38,10 @@ static enum vw_status open_store(const char *path, enum vw_database_access acces
                                  struct vw_retraining_store **retrainings) {
     struct vw_retraining_store *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
-    enum vw_status status = access == VW_DATABASE_READ ? vw_database_open(path, &format, access, &opened->database)
-                                                       : vw_database_open_or_create(path, &format, &opened->database);
+    struct vw_database *database = &opened->database;
+    enum vw_status status = !path                        ? vw_database_open_memory("retrainings", &format, database)
+                            : access == VW_DATABASE_READ ? vw_database_open(path, &format, access, database)
+                                                         : vw_database_open_or_create(path, &format, database);
     if (status) vw_retraining_store_close(&opened);
     else *retrainings = opened;
     return status;
@@ -60,115 +60,6 @@ void vw_retraining_store_close(struct vw_retraining_store **retrainings) {
     vw_database_close(&(*retrainings)->database);
     free(*retrainings);
     *retrainings = NULL;
-}
-
-void vw_retraining_store_bind(struct vw_retraining_store *retrainings, struct vw_ledger *ledger) {
-    retrainings->ledger = ledger;
-}
-
-// ---- Binding to a ledger -------------------------------------------------------------------------------------------
-
-// Hashes the rows of a query; `id` is its parameter, unless it is NULL. Counts the rows.
-static enum vw_status hash_query(struct vw_database *database, const char *sql, const char *id,
-                                 struct vw_hasher *hasher, uint64_t *count) {
-    struct vw_row key = {0};
-    bool found = false;
-    enum vw_status status = vw_database_prepare(database, sql, &key.statement);
-    if (!status && id) vw_row_add_text(&key, id);
-    if (!status && key.failed) status = vw_database_fail(database, "find a row");
-    for (*count = 0; !status && !(status = vw_database_next(database, key.statement, &found)) && found; ++*count)
-        vw_row_hash(key.statement, sqlite3_column_count(key.statement), hasher);
-    sqlite3_finalize(key.statement);
-    return status;
-}
-
-// Computes the hash that binds a retraining, over all of its rows but the CPU time, so that retrainings that are made
-// again have the same; "" if there is none.
-static enum vw_status hash_rows(struct vw_database *database, const char *id, char hash[VW_HASH_HEX_BYTES]) {
-    struct vw_hasher hasher;
-    uint64_t count = 0, view_count = 0;
-    vw_row_begin_hash(&hasher, "viewworth kept retraining 1");
-    enum vw_status status =
-        hash_query(database,
-                   "SELECT retraining_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1,"
-                   " test_psnr, test_ssim, test_l1 FROM retraining WHERE retraining_id = ?",
-                   id, &hasher, &count);
-    if (!status)
-        status = hash_query(database, "SELECT image_id, psnr FROM view WHERE retraining_id = ? ORDER BY image_id", id,
-                            &hasher, &view_count);
-    vw_row_end_hash(&hasher, hash);
-    if (!count && !view_count) hash[0] = 0;
-    return status;
-}
-
-enum vw_status vw_retraining_store_digest(struct vw_retraining_store *retrainings, char digest[VW_HASH_HEX_BYTES]) {
-    struct vw_hasher hasher;
-    uint64_t count = 0;
-    vw_row_begin_hash(&hasher, "viewworth retrainings 1");
-    enum vw_status status =
-        hash_query(&retrainings->database, "SELECT retraining_id, row_hash FROM retraining ORDER BY retraining_id",
-                   NULL, &hasher, &count);
-    vw_row_end_hash(&hasher, digest);
-    return status;
-}
-
-static char *name_kept(const char *id) { return vw_format_text("retrainings.db/%s", id); }
-
-// Returns whether the rows of a retraining are those that the ledger binds, or there is no ledger.
-static enum vw_status is_believed(struct vw_retraining_store *retrainings, const char *id, bool *believed) {
-    char hash[VW_HASH_HEX_BYTES];
-    *believed = true;
-    if (!retrainings->ledger) return VW_OK;
-    char *name = name_kept(id);
-    enum vw_status status = name ? hash_rows(&retrainings->database, id, hash) : VW_ERROR_MEMORY;
-    if (!status) status = vw_ledger_is_kept(retrainings->ledger, name, hash, believed);
-    free(name);
-    return status;
-}
-
-enum vw_status vw_retraining_store_count(struct vw_retraining_store *retrainings, uint64_t *count, uint64_t *foreign) {
-    struct vw_database *database = &retrainings->database;
-    sqlite3_stmt *ids = NULL;
-    bool found = false, believed = true;
-    *count = *foreign = 0;
-    enum vw_status status = vw_database_prepare(
-        database, "SELECT retraining_id FROM retraining UNION SELECT retraining_id FROM view", &ids);
-    while (!status && !(status = vw_database_next(database, ids, &found)) && found) {
-        const char *id = (const char *)sqlite3_column_text(ids, 0);
-        status = id ? is_believed(retrainings, id, &believed) : VW_ERROR_MEMORY;
-        ++*count;
-        *foreign += !believed;
-    }
-    sqlite3_finalize(ids);
-    return status;
-}
-
-// Removes the rows of a retraining that is not believed, in the caller's transaction.
-static enum vw_status remove_foreign(struct vw_retraining_store *retrainings, const char *id) {
-    bool believed = true;
-    struct vw_database *database = &retrainings->database;
-    char hash[VW_HASH_HEX_BYTES];
-    enum vw_status status = hash_rows(database, id, hash);
-    if (!status && *hash) status = is_believed(retrainings, id, &believed);
-    if (status || believed) return status;
-    vw_log_warning("%s: retraining %s was not used, since the ledger does not hold its hash: it was made again",
-                   database->path, id);
-    status = vw_database_run_with(database, "DELETE FROM retraining WHERE retraining_id = ?", id, NULL,
-                                  "replace a retraining");
-    return status ? status
-                  : vw_database_run_with(database, "DELETE FROM view WHERE retraining_id = ?", id, NULL,
-                                         "replace a retraining");
-}
-
-// Binds the rows that the caller's transaction is about to commit.
-static enum vw_status bind_rows(struct vw_retraining_store *retrainings, const char *id) {
-    char hash[VW_HASH_HEX_BYTES];
-    if (!retrainings->ledger) return VW_OK;
-    char *name = name_kept(id);
-    enum vw_status status = name ? hash_rows(&retrainings->database, id, hash) : VW_ERROR_MEMORY;
-    if (!status) status = vw_ledger_keep(retrainings->ledger, name, hash);
-    free(name);
-    return status;
 }
 
 // ---- Retrainings ---------------------------------------------------------------------------------------------------
@@ -223,10 +114,7 @@ enum vw_status vw_retraining_store_find(struct vw_retraining_store *retrainings,
         return vw_fail(VW_ERROR_MISMATCH,
                        "%s: retraining %s was edited: its row_hash does not match; delete the row to train it again",
                        retrainings->database.path, retraining_id);
-    bool believed = true;
-    if (there == VW_ROW_FOUND) status = is_believed(retrainings, retraining_id, &believed);
-    if (status) return status;
-    *found = there == VW_ROW_FOUND && believed;
+    *found = there == VW_ROW_FOUND;
     if (*found) *result = row.result;
     return VW_OK;
 }
@@ -286,10 +174,8 @@ enum vw_status vw_retraining_store_add(struct vw_retraining_store *retrainings, 
                                        .result = *result};
     enum vw_status status = vw_database_begin(database);
     if (!status) {
-        status = remove_foreign(retrainings, retraining_id);
-        if (!status) status = vw_table_insert(database, &retraining_table, retraining_id, &row, 1, NULL);
+        status = vw_table_insert(database, &retraining_table, retraining_id, &row, 1, NULL);
         if (!status) status = vw_table_insert(database, &view_table, retraining_id, views, view_count, NULL);
-        if (!status) status = bind_rows(retrainings, retraining_id);
         status = vw_database_end(database, status);
     }
     free(list);

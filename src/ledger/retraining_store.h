@@ -3,9 +3,7 @@
 // - retraining(retraining_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr,
 //   test_ssim, test_l1, seconds, row_hash): a training on some photos. retraining_id: 64 hex digits, hash of all that
 //   decides its bits. views: image_ids, ascending, separated by spaces. NULL: no value. row_hash: hash of the other
-//   columns; an edited row is refused. It catches mistakes, not a forger, who can hash anew.
-//   Where OUT has a ledger, its table kept binds a retraining: a row "retrainings.db/ID" with the hash over the columns
-//   of the retraining but seconds, and over all its view rows by image_id. Other retrainings are not believed.
+//   columns; an edited row is refused. It catches mistakes, not a forger, who can hash anew: `verify --retrainings`.
 // - view(retraining_id, image_id, psnr, row_hash): what the retraining reaches on each validation and test photo, in
 //   dB, and on train photos that were asked for; of a retraining that was measured after every step, what the steps on
 //   each train photo gain.
@@ -19,9 +17,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/hash.h"
 #include "ledger/retraining.h"
-#include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
 struct vw_retraining_store;
@@ -36,20 +32,15 @@ struct vw_metric {
     uint32_t count;               // sample size: pairs, photos, subsets or trainings
 };
 
-// Opens the file, or makes it. VW_ERROR_INPUT when it is something else, of another version, or damaged.
+// Opens the file, or makes it; with NULL a store in memory. VW_ERROR_INPUT when it is something else, of another
+// version, or damaged.
 enum vw_status vw_retraining_store_open(const char *path, struct vw_retraining_store **retrainings);
-// Binds the store to the ledger of its folder, which stays open as long; without it all rows are believed.
-void vw_retraining_store_bind(struct vw_retraining_store *retrainings, struct vw_ledger *ledger);
-// Computes a digest of all ids and row hashes of retrainings.
-enum vw_status vw_retraining_store_digest(struct vw_retraining_store *retrainings, char digest[VW_HASH_HEX_BYTES]);
 // Opens it to read, changing nothing. VW_ERROR_INPUT also when there is none.
 enum vw_status vw_retraining_store_open_to_read(const char *path, struct vw_retraining_store **retrainings);
-// Counts the retrainings, and those that the ledger does not bind; rows of photos without a retraining count as one.
-enum vw_status vw_retraining_store_count(struct vw_retraining_store *retrainings, uint64_t *count, uint64_t *foreign);
 void vw_retraining_store_close(struct vw_retraining_store **retrainings);
 
 // Looks up a retraining: `*found` tells if its id is recorded, `*result` is its result. VW_ERROR_MISMATCH if its row
-// was edited. One that the ledger does not bind is not found.
+// was edited.
 enum vw_status vw_retraining_store_find(struct vw_retraining_store *retrainings, const char *retraining_id, bool *found,
                                         struct vw_retrain_result *result);
 // Reads what a recorded retraining reaches on single photos: fills psnr_db of views[0 ... view_count - 1].
@@ -60,8 +51,7 @@ enum vw_status vw_retraining_store_find_views(struct vw_retraining_store *retrai
 enum vw_status vw_retraining_store_recall_views(struct vw_retraining_store *retrainings, const char *retraining_id,
                                                 struct vw_retrain_view *views, uint32_t view_count, bool *found);
 // Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result, and gets rows
-// of photos that it lacks; where the ledger does not bind it, all its rows are replaced, with a warning. The ledger
-// gets the new hash first.
+// of photos that it lacks.
 enum vw_status vw_retraining_store_add(struct vw_retraining_store *retrainings, const char *retraining_id,
                                        const char *scene_hash, const struct vw_retrain_params *retraining,
                                        const struct vw_retrain_result *result, const struct vw_retrain_view *views,

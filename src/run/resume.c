@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "run/recorded/replayed_run.h"
 #include "run/run_row.h"
 #include "run/stop_rules.h"
 #include "viewworth/log.h"
@@ -48,43 +47,6 @@ static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_
     return VW_OK;
 }
 
-static enum vw_status create_trainer(void *context, struct vw_trainer **trainer) {
-    struct vw_run *run = context;
-    enum vw_status status = vw_run_create_trainer(run);
-    *trainer = run->trainer;
-    run->trainer = NULL;
-    return status;
-}
-
-// Takes recorded steps again before anybody is paid by these. A run that goes on takes those after its checkpoint
-// anyway.
-static enum vw_status check_steps(struct vw_run *run) {
-    const struct vw_interrupt none = {0};
-    const struct vw_steps_sample sample = {.ledger = run->ledger,
-                                           .out = run->complete ? run->out : NULL,
-                                           .create = create_trainer,
-                                           .context = run,
-                                           .interrupt = &none};
-    vw_trainer_destroy(&run->trainer);
-    enum vw_status status = vw_steps_check_sample(&sample);
-    return status ? status : vw_run_create_trainer(run);
-}
-
-// Refuses to pay by retrainings of which nobody has made a sample again.
-static enum vw_status check_retrainings(const struct vw_run *run) {
-    struct vw_ledger_retraining *rows = NULL;
-    uint32_t count = 0;
-    char head[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_ledger_get_retrainings(run->ledger, &rows, &count);
-    free(rows);
-    vw_ledger_chain_head(run->ledger, head);
-    if (status || !count || !strcmp(head, run->sampled_head)) return status;
-    return vw_fail(VW_ERROR_USAGE,
-                   "%s: pays by %" PRIu32 " retrainings, of which no sample was made again; pay by viewworth worth %s "
-                   "--payout AMOUNT",
-                   run->out, count, run->out);
-}
-
 enum vw_status vw_run_resume(struct vw_run *run) {
     struct vw_ledger_run recorded;
     struct vw_run_row ours = {0};
@@ -93,8 +55,6 @@ enum vw_status vw_run_resume(struct vw_run *run) {
     if (!status) status = vw_run_row_check_same(&ours, &recorded, run->out);
     if (!status) status = read_steps(run);
     if (!status) status = compare_extent(run, &recorded);
-    if (!status && run->payout.cents && run->complete) status = check_retrainings(run);
-    if (!status && run->payout.cents) status = check_steps(run);
     if (!status && !run->complete) status = vw_ledger_extend(run->ledger, ours.row.config_json);
     if (!status && !run->complete) status = load_checkpoint(run);
     vw_run_row_free(&ours);

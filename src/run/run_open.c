@@ -55,7 +55,6 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->wants_profile = params->profile;
     run->lasting = params->lasting;
     run->results.until_stable = params->until_stable;
-    if (params->sampled_head) snprintf(run->sampled_head, sizeof run->sampled_head, "%s", params->sampled_head);
     run->progress = params->progress;
     run->context = params->context;
     run->results.statistics = vw_step_statistics_begin();

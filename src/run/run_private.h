@@ -23,7 +23,6 @@ struct vw_run {
     struct vw_report_options report;
     struct vw_lasting_options lasting;
     struct vw_payout_request payout;
-    char sampled_head[VW_HASH_HEX_BYTES]; // "": no retrainings may pay
     vw_run_progress *progress;
     void *context;
 

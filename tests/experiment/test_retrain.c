@@ -216,67 +216,34 @@ TEST_WITHIN(steps_gain_what_the_epoch_gains, set_up, tear_down) {
     for (uint32_t i = 0; i < PHOTOS; i++) assert_true(again[i].psnr_db > 3 && again[i].psnr_db != gains[i].psnr_db);
 }
 
-// ---- Recorded results that nobody trained ---------------------------------------------------------------------------
+// ---- Recorded results
+// ------------------------------------------------------------------------------------------------
 
-// Opens the retrainer of a command, bound to a ledger or not.
-static void open_again(struct fixture *f, struct vw_ledger *ledger) {
-    const struct vw_retrainer_params params = {
-        .session = &f->session, .config = &f->config, .out = f->folder, .ledger = ledger};
+// Opens the retrainer of a folder; NULL: one that recalls nothing.
+static void open_again(struct fixture *f, const char *out) {
+    const struct vw_retrainer_params params = {.session = &f->session, .config = &f->config, .out = out};
     vw_retrainer_close(&f->retrainer);
     f->retrainer = (struct vw_retrainer){0};
     ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
 }
 
-static struct vw_retrain_params on_all(const struct fixture *f, uint64_t seed) {
-    return (struct vw_retrain_params){.views = f->retrainer.train_views, .view_count = PHOTOS, .seed = seed};
-}
-
-// Lays a result into OUT, with right hashes of its own.
-static void forge(struct fixture *f, uint64_t seed, double val_psnr) {
-    struct vw_retrain_params retraining = on_all(f, seed);
-    const struct vw_retrain_result result = {.val_psnr = val_psnr};
-    struct vw_retraining_store *store = NULL;
-    char id[VW_HASH_HEX_BYTES];
-    vw_retrainer_name(&f->retrainer, &retraining, id);
-    retraining.epochs = f->config.epochs;
-    ASSERT_OK(vw_retraining_store_open(temporary_path(f->folder, "retrainings.db"), &store));
-    ASSERT_OK(vw_retraining_store_add(store, id, HEX_A, &retraining, &result, NULL, 0));
-    vw_retraining_store_close(&store);
-}
-
-TEST_WITHIN(a_result_that_the_ledger_does_not_bind_is_made_again, set_up, tear_down) {
+TEST_WITHIN(a_recorded_retraining_is_compared_bit_for_bit, set_up, tear_down) {
     struct fixture *f = *state;
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_create(temporary_path(f->folder, "ledger.db"));
-    struct vw_retrain_result honest[2], result[2];
+    struct vw_retrain_result result, other;
+    AUTO(vw_retraining_store_close) struct vw_retraining_store *store = NULL;
+    for (int recalled = 0; recalled < 2; recalled++) {
+        open_again(f, f->folder);
+        const struct vw_retrain_params on_all = {.views = f->retrainer.train_views, .view_count = PHOTOS, .seed = 3};
+        ASSERT_OK(vw_retrain(&f->retrainer, &on_all, 1, &result));
+        assert_int_equal(f->retrainer.recalled, recalled);
+    }
     open_again(f, NULL);
-    struct vw_retrain_params retrainings[] = {on_all(f, 3), on_all(f, 4)};
-    ASSERT_OK(vw_retrain(&f->retrainer, retrainings, 2, honest));
-    assert_int_equal(remove(temporary_path(f->folder, "retrainings.db")), 0);
-    open_again(f, ledger);
-    forge(f, 3, 99);
-    retrainings[0] = on_all(f, 3);
-    retrainings[1] = on_all(f, 4);
-    ASSERT_OK(vw_retrain(&f->retrainer, retrainings, 2, result));
-    assert_true(result[0].val_psnr == honest[0].val_psnr && result[1].val_psnr == honest[1].val_psnr);
-    assert_int_equal(f->retrainer.made, 2);
-    open_again(f, ledger); // the next command recalls both, and makes at least one of them again
-    retrainings[0] = on_all(f, 3);
-    retrainings[1] = on_all(f, 4);
-    ASSERT_OK(vw_retrain(&f->retrainer, retrainings, 2, result));
-    assert_true(result[0].val_psnr == honest[0].val_psnr && result[1].val_psnr == honest[1].val_psnr);
-    assert_int_equal(f->retrainer.made, 0);
-    assert_int_equal(f->retrainer.recalled, 2);
-    assert_in_range(f->retrainer.repeated, 1, 2);
-}
-
-// Without a ledger nothing binds a result; with several of them one is found sooner or later.
-TEST_WITHIN(a_recalled_result_that_comes_out_otherwise_ends_the_command, set_up, tear_down) {
-    struct fixture *f = *state;
-    struct vw_retrain_result result;
-    open_again(f, NULL);
-    forge(f, 3, 99);
-    open_again(f, NULL);
-    const struct vw_retrain_params retraining = on_all(f, 3);
-    ASSERT_FAILS(vw_retrain(&f->retrainer, &retraining, 1, &result), VW_ERROR_MISMATCH, "remove the file");
-    assert_non_null(strstr(vw_error_message(), "retrainings.db: retraining "));
+    const struct vw_retrain_params on_all = {.views = f->retrainer.train_views, .view_count = PHOTOS, .seed = 3};
+    ASSERT_OK(vw_retrain(&f->retrainer, &on_all, 1, &result));
+    assert_int_equal(f->retrainer.made, 1);
+    ASSERT_OK(vw_retraining_store_open_to_read(temporary_path(f->folder, "retrainings.db"), &store));
+    ASSERT_OK(vw_retrainer_compare(&f->retrainer, store, &on_all, &result));
+    other = result;
+    other.test_l1 = nextafter(other.test_l1, 1);
+    ASSERT_FAILS(vw_retrainer_compare(&f->retrainer, store, &on_all, &other), VW_ERROR_MISMATCH, "made again");
 }

@@ -232,7 +232,7 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
 }
 
 TEST(growth_is_of_the_way_back) {
-    struct vw_lasting_step steps[STEPS];
+    struct vw_lasting_step steps[STEPS] = {0};
     struct vw_lasting_pass pass = pass_of(steps);
     fill(steps);
     for (uint32_t i = 0; i < STEPS; i++) steps[i].size_psnr = 1;

@@ -2,9 +2,7 @@
 // change no result. label: once
 #include "support/ledger_chain.h"
 
-#include "experiment/worth.h"
 #include "run/recorded/render_view.h"
-#include "run/recorded/replayed_run.h"
 #include "run/recorded/scored_run.h"
 #include "run/run_private.h"
 #include "run/verify/verify.h"
@@ -114,100 +112,6 @@ FOLDER_TEST(a_forged_field_is_not_rendered) {
     forge_file(field, 1, 1);
     ASSERT_FAILS(vw_render_view(&params, &rendered), VW_ERROR_INPUT, "the ledger does not hold its hash");
     vw_rendered_view_free(&rendered);
-}
-
-// ---- A forger who rewrites the ledger as a whole --------------------------------------------------------------------
-
-#define STEP_OF_HALF_THE_ERROR(step)                                                                                   \
-    "UPDATE view SET mse = mse / 2 WHERE step = " step "; UPDATE step SET val_psnr = val_psnr + 3.0102999566398120, "  \
-    "val_psnr_pooled = val_psnr_pooled + 3.0102999566398120 WHERE step = " step // 10 log10(2) dB
-
-// Writes names of providers, and gives the params of a run that pays them.
-static struct vw_run_params paying(const char *folder, const char *out, const struct vw_config *config) {
-    static const char given[] = "name,provider\nview_000,alice\nview_001,bob\n";
-    const char *path = temporary_path(folder, "given.csv");
-    ASSERT_OK(vw_file_write(path, given, strlen(given)));
-    struct vw_run_params params = params_of(out, config);
-    params.scene.providers = path;
-    return params;
-}
-
-static void make(const struct vw_run_params *params) {
-    struct vw_run *run = small_run_make(params);
-    vw_run_close(&run);
-}
-
-// Computes worth from so many retrainings, and pays unless `amount` is NULL.
-static enum vw_status worth(const char *out, uint32_t retrainings, const char *amount) {
-    const struct vw_worth_run_params params = {
-        .out = out, .retrainings = retrainings, .payout.amount = amount, .report.no_thumbnails = true};
-    struct vw_worth_run result;
-    enum vw_status status = vw_worth_run_make(&params, &result);
-    vw_worth_run_free(&result);
-    return status;
-}
-
-// The first steps are taken again before anybody is paid.
-FOLDER_TEST(nobody_is_paid_by_steps_that_were_not_taken) {
-    const struct vw_config config = small_config(0, EPOCHS);
-    AUTO_FREE char *out = vw_path_join(*state, "run"), *ledger_path = vw_path_join(out, "ledger.db");
-    struct vw_run_params params = paying(*state, out, &config);
-    struct vw_run *run = NULL;
-    make(&params);
-    params.payout.amount = "100";
-    make(&params); // the steps that were taken pay
-    ASSERT_OK(worth(out, 0, "100"));
-    sql_change(ledger_path, STEP_OF_HALF_THE_ERROR("2"));
-    chain_rewrite(ledger_path);
-    ASSERT_FAILS(vw_run_open(&params, &run), VW_ERROR_MISMATCH, "step 2, trained again, differs");
-    assert_null(run);
-    ASSERT_FAILS(worth(out, 0, "100"), VW_ERROR_MISMATCH, "step 2, trained again, differs");
-}
-
-// So are those after a checkpoint.
-FOLDER_TEST(nobody_is_paid_by_late_steps_that_were_not_taken) {
-    enum { PHOTOS = 6, LONG_EPOCHS = 177, KEPT = 1040 };
-    const struct vw_config config = small_config(0, LONG_EPOCHS);
-    AUTO_FREE char *out = vw_path_join(*state, "run"), *ledger_path = vw_path_join(out, "ledger.db");
-    struct vw_run_params params = paying(*state, out, &config);
-    _Static_assert((int)VW_STEPS_SAMPLED < (int)KEPT && KEPT < 1050 && 1050 < PHOTOS * LONG_EPOCHS, "in this order");
-    struct vw_run *run = small_run_open(&params);
-    ASSERT_OK(vw_run_advance(run, KEPT));
-    vw_run_save_checkpoint(run);
-    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
-    ASSERT_OK(vw_run_finish(run));
-    vw_run_close(&run);
-    params.payout.amount = "100";
-    make(&params);
-    sql_change(ledger_path, STEP_OF_HALF_THE_ERROR("1050"));
-    chain_rewrite(ledger_path);
-    ASSERT_FAILS(vw_run_open(&params, &run), VW_ERROR_MISMATCH, "step 1050, trained again, differs");
-}
-
-// A sample of the ledger's retrainings is made again.
-FOLDER_TEST(nobody_is_paid_by_retrainings_that_were_not_made) {
-    const struct vw_config config = small_config(0, EPOCHS);
-    AUTO_FREE char *out = vw_path_join(*state, "run"), *ledger_path = vw_path_join(out, "ledger.db"),
-                   *store = vw_path_join(out, "retrainings.db");
-    struct vw_run_params params = paying(*state, out, &config);
-    char head[VW_HASH_HEX_BYTES];
-    struct vw_run *run = NULL;
-    make(&params);
-    ASSERT_OK(worth(out, 3, NULL));
-    params.payout.amount = "100";
-    const struct vw_worth_run_params checked = {.out = out, .payout.amount = "100"};
-    ASSERT_FAILS(vw_run_open(&params, &run), VW_ERROR_USAGE, "of which no sample was made again");
-    ASSERT_OK(vw_worth_check_recorded(&checked, head));
-    params.sampled_head = head;
-    make(&params);
-    ASSERT_OK(worth(out, 0, "100"));
-    assert_int_equal(remove(store), 0);
-    ASSERT_OK(worth(out, 0, "100")); // the store adds nothing to what the ledger has
-    sql_change(ledger_path, "UPDATE retraining SET val_psnr = val_psnr + 1");
-    chain_rewrite(ledger_path);
-    ASSERT_FAILS(worth(out, 0, "100"), VW_ERROR_MISMATCH, "ledger.db: a retraining on", "nobody is paid by it");
-    ASSERT_FAILS(worth(out, 4, "100"), VW_ERROR_MISMATCH, "ledger.db: a retraining on");
-    ASSERT_FAILS(vw_worth_check_recorded(&checked, head), VW_ERROR_MISMATCH, "ledger.db: a retraining on");
 }
 
 static void count_warnings(void *context, enum vw_log_level level, const char *line) {

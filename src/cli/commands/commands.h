@@ -2,7 +2,6 @@
 #ifndef VIEWWORTH_CLI_COMMANDS_COMMANDS_H
 #define VIEWWORTH_CLI_COMMANDS_COMMANDS_H
 
-#include "base/hash.h"
 #include "cli/options.h"
 #include "experiment/sweep/sweep.h"
 #include "viewworth/status.h"
@@ -32,9 +31,6 @@ enum vw_status vw_value_jobs(const struct vw_options *options, const char *seeds
 
 // Refuses, before the run of `value --worth` is trained, unusable options.
 enum vw_status vw_worth_check_options(const struct vw_options *options);
-// Makes a sample of the retrainings of the run in options->out again before it pays by them. `head` stays, or becomes
-// vw_run_params.sampled_head.
-enum vw_status vw_worth_check_of_run(const struct vw_options *options, char head[VW_HASH_HEX_BYTES]);
 // Makes the worth of the run in `out` and prints it.
 enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings);
 

@@ -19,16 +19,11 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     struct vw_run_params params;
     struct vw_run *run = NULL;
     struct vw_answer answer;
-    char sampled_head[VW_HASH_HEX_BYTES] = "";
     enum vw_status status = vw_params_of_run(options, &params);
     params.train_only = train_only;
     if (options->worth) params.payout.amount = NULL; // it follows worth
     params.progress = vw_progress_show;
     params.context = &progress;
-    if (!status && params.resume && params.payout.amount) {
-        status = vw_worth_check_of_run(options, sampled_head);
-        params.sampled_head = sampled_head;
-    }
     if (!status) status = vw_run_open(&params, &run);
     uint64_t steps_before = status ? 0 : vw_run_get_results(run)->statistics.steps;
     double began_s = vw_now_s(), took_s = NAN;

@@ -1,6 +1,5 @@
 #include "cli/commands/commands.h"
 
-#include "base/inside.h"
 #include "cli/interrupt.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
@@ -19,17 +18,6 @@ static struct vw_worth_run_params params_of(const struct vw_options *options, co
 enum vw_status vw_worth_check_options(const struct vw_options *options) {
     const struct vw_worth_run_params params = params_of(options, options->out, options->worth);
     return vw_worth_run_check(&params);
-}
-
-enum vw_status vw_worth_check_of_run(const struct vw_options *options, char head[VW_HASH_HEX_BYTES]) {
-    struct vw_worth_run_params params = params_of(options, options->out, 0);
-    struct vw_device_list devices;
-    if (!vw_file_exists_inside(options->out, "ledger.db")) return VW_OK;
-    enum vw_status status = vw_device_list_read(options, &devices);
-    if (status) return status;
-    params.devices = vw_device_list_choose(options, &devices);
-    params.interrupt = vw_interrupt_watch();
-    return vw_worth_check_recorded(&params, head);
 }
 
 enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings) {

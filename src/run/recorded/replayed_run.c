@@ -5,12 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/checkpoints.h"
 #include "run/imported/imported_run.h"
 #include "run/lasting/lasting_summary.h"
 #include "run/run_row.h"
 #include "train/trainer.h"
-#include "viewworth/log.h"
 
 static enum vw_status count_epochs(struct vw_recorded_run *run) {
     const struct vw_ledger_image *images = NULL;
@@ -70,13 +68,13 @@ enum vw_status vw_recorded_create_trainer(const struct vw_recorded_run *run, boo
     return status ? status : check_same_run(run, *trainer);
 }
 
-enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t after, uint64_t wanted,
+enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t wanted,
                                const struct vw_interrupt *interrupt, uint64_t *compared) {
     uint32_t validation_count = 0, count = 0;
     const uint32_t *validation_views = vw_trainer_validation_views(trainer, &validation_count);
     const struct vw_step_record *records = NULL;
     uint64_t end = vw_ledger_next_step(ledger);
-    if (wanted < end - after) end = after + wanted + 1; // step 0 comes for free
+    if (wanted < end) end = wanted + 1; // step 0 comes for free
     vw_trainer_stop_after(trainer, end - 1);
     enum vw_status status = vw_trainer_advance(trainer, &records, &count);
     while (!status && count > 0 && records[0].step < end) {
@@ -88,43 +86,6 @@ enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trai
         if (!status) status = vw_trainer_advance(trainer, &records, &count);
     }
     return status;
-}
-
-static enum vw_status repeat_from_start(const struct vw_steps_sample *sample, uint64_t *compared) {
-    struct vw_trainer *trainer = NULL;
-    enum vw_status status = sample->create(sample->context, &trainer);
-    if (!status) status = vw_steps_repeat(sample->ledger, trainer, 0, VW_STEPS_SAMPLED, sample->interrupt, compared);
-    vw_trainer_destroy(&trainer);
-    return status;
-}
-
-// Leaves both steps at 0 where there is no checkpoint before the last step.
-static enum vw_status repeat_after_checkpoint(const struct vw_steps_sample *sample, uint64_t last_step, uint64_t *after,
-                                              uint64_t *compared) {
-    struct vw_checkpoints checkpoints;
-    struct vw_trainer *trainer = NULL;
-    bool found = false;
-    enum vw_status status = vw_checkpoints_open(sample->out, &checkpoints);
-    if (!status) status = sample->create(sample->context, &trainer);
-    if (!status) status = vw_checkpoints_load(&checkpoints, trainer, last_step - 1, &found, after);
-    if (!status && found)
-        status = vw_steps_repeat(sample->ledger, trainer, *after, VW_STEPS_SAMPLED, sample->interrupt, compared);
-    vw_trainer_destroy(&trainer);
-    vw_checkpoints_close(&checkpoints);
-    return status;
-}
-
-enum vw_status vw_steps_check_sample(const struct vw_steps_sample *sample) {
-    uint64_t rows = vw_ledger_next_step(sample->ledger), compared = 0, after = 0, last = 0;
-    if (rows < 2) return VW_OK;
-    enum vw_status status = repeat_from_start(sample, &compared);
-    if (!status && sample->out && compared < rows - 1)
-        status = repeat_after_checkpoint(sample, rows - 1, &after, &last);
-    if (status) return status;
-    vw_log_info("payout   the first %" PRIu64 " of %" PRIu64 " steps, taken again, are the recorded ones", compared,
-                rows - 1);
-    if (last) vw_log_info("payout   so are steps %" PRIu64 " to %" PRIu64 ", after a checkpoint", after + 1, last);
-    return VW_OK;
 }
 
 // Compares a step; ignores a flag of its validation, which is not replayed.

@@ -15,26 +15,11 @@ enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run);
 // images were checked. VW_ERROR_USAGE names what differs. Destroy the trainer also after a failure.
 enum vw_status vw_recorded_create_trainer(const struct vw_recorded_run *run, bool validated,
                                           struct vw_trainer **trainer);
-// Takes steps after step `after`, and compares them with the recorded ones bit for bit, until `wanted` of them or all
-// were; `*compared` is the last one. The trainer is at that step: 0 without a checkpoint, and step 0 is compared, too.
-// It takes no step after these. VW_ERROR_MISMATCH names the first that differs, VW_ERROR_INTERRUPTED that the interrupt
-// was requested.
-enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t after, uint64_t wanted,
+// Takes steps from step 0 on, and compares them with the recorded ones bit for bit, until `wanted` of them or all were;
+// `*compared` is the last one. The trainer has taken none, and takes no step after these. VW_ERROR_MISMATCH names the
+// first that differs, VW_ERROR_INTERRUPTED that the interrupt was requested.
+enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t wanted,
                                const struct vw_interrupt *interrupt, uint64_t *compared);
-
-struct vw_steps_sample { // all borrowed
-    struct vw_ledger *ledger;
-    const char *out; // its newest checkpoint is loaded; NULL: the caller takes all steps after it again
-    // Creates a trainer that has taken no step, which is destroyed also after a failure.
-    enum vw_status (*create)(void *context, struct vw_trainer **trainer);
-    void *context;
-    const struct vw_interrupt *interrupt;
-};
-// Takes VW_STEPS_SAMPLED recorded steps again from the first on, and as many after the newest checkpoint that the
-// ledger knows, before anybody is paid by steps that this process has not taken: neither a checkpoint nor the chain
-// tells whether the program has taken them. Steps between these two are not repeated: no state leads there.
-enum { VW_STEPS_SAMPLED = 1024 };
-enum vw_status vw_steps_check_sample(const struct vw_steps_sample *sample);
 
 struct vw_recorded_steps { // borrowed
     const char *ledger_path;

@@ -71,7 +71,7 @@ static enum vw_status replay(struct vw_recorded_run *run, const struct vw_verify
     if (!status) status = vw_recorded_check_images(run);
     if (status) return status;
     status = vw_recorded_create_trainer(run, validated, &trainer);
-    if (!status) status = vw_steps_repeat(run->ledger, trainer, 0, params->replay_steps, &params->interrupt, compared);
+    if (!status) status = vw_steps_repeat(run->ledger, trainer, params->replay_steps, &params->interrupt, compared);
     vw_trainer_destroy(&trainer);
     return status;
 }
@@ -235,6 +235,7 @@ static void fill_result(struct checks *checks, const struct vw_verify_params *pa
     run->ledger_path = NULL; // owned by the verification now
     made->steps = rows > 0 ? rows - 1 : 0;
     made->score_count = checks->scores.recorded_count;
+    made->retrainings = checks->scores.computed.retraining_count;
     snprintf(made->run_id, sizeof made->run_id, "%s", run->row.run_id);
     snprintf(made->status, sizeof made->status, "%s", run->row.status);
     vw_ledger_chain_head(run->ledger, made->head);

@@ -34,7 +34,7 @@ struct vw_verification {
     char status[32];                    // the run's status
     char log_sha256[VW_HASH_HEX_BYTES]; // SHA-256 of the log of an imported run; "" otherwise
     uint64_t steps, replayed_steps;
-    uint32_t score_count;
+    uint32_t score_count, retrainings;
     struct vw_verify_item items[VW_VERIFY_ITEMS_MAX];
     uint32_t item_count;
     struct vw_checksums_found list; // names what OUT contains beside the files of SHA256SUMS
