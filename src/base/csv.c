@@ -147,14 +147,18 @@ void vw_csv_write_text(FILE *stream, const char *text) {
     if (quoted) fputc('"', stream);
 }
 
-void vw_csv_write_real(FILE *stream, double value) {
-    if (isnan(value)) return;
+void vw_csv_real_to_text(double value, char text[VW_CSV_REAL_BYTES]) {
+    *text = 0;
     if (value == 0) value = 0; // a ledger keeps no -0: a table made again from it must be the same
-    char text[32];
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
+    for (int digits = 15; digits <= 17 && !isnan(value); digits++) {
+        snprintf(text, VW_CSV_REAL_BYTES, "%.*g", digits, value);
         if (strtod(text, NULL) == value) break;
     }
+}
+
+void vw_csv_write_real(FILE *stream, double value) {
+    char text[VW_CSV_REAL_BYTES];
+    vw_csv_real_to_text(value, text);
     fputs(text, stream);
 }
 

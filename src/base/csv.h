@@ -44,6 +44,8 @@ void vw_csv_close(struct vw_csv *csv);
 void vw_csv_write_text(FILE *stream, const char *text);
 // Writes the shortest decimal that reads back to the same double, and -0 as 0; an empty field for NaN.
 void vw_csv_write_real(FILE *stream, double value);
+enum { VW_CSV_REAL_BYTES = 32 };
+void vw_csv_real_to_text(double value, char text[VW_CSV_REAL_BYTES]);
 // Writes fields as a pattern says: t is a text (const char *), r a real (double), u a whole number (uint32_t); other
 // characters are written as they are: "t,r,u\n".
 void vw_csv_print(FILE *stream, const char *pattern, ...);

@@ -96,6 +96,7 @@ static enum vw_status read_column(struct vw_ledger *ledger, sqlite3_stmt *statem
     case VW_COLUMN_IMAGE: return read_image(ledger, statement, index, column, member);
     case VW_COLUMN_REAL:
     case VW_COLUMN_REAL_OR_NULL: return read_real(ledger, statement, index, column, member);
+    default: return vw_ledger_fail_column(ledger, column->name);
     }
     return status;
 }

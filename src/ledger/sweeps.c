@@ -16,32 +16,34 @@ struct metric_row {
     struct vw_sweep_metrics metrics;
     uint32_t place;
 };
+#define SHOWN(column_kind, member, heading, digits_shown)                                                              \
+    { VW_CELL(#member, struct vw_sweep_metrics, column_kind, member), .title = heading, .digits = digits_shown }
 static const struct vw_column metric_columns[] = {
     VW_COLUMN_OF_OWNER("sweep_id"),
     VW_COLUMN(struct metric_row, COUNT, place),
-    VW_COLUMN(struct vw_sweep_metrics, TEXT, configuration),
+    SHOWN(TEXT, configuration, "configuration", 0),
     VW_COLUMN(struct vw_sweep_metrics, TEXT, parameter),
     VW_COLUMN(struct vw_sweep_metrics, TEXT, value),
     VW_COLUMN(struct vw_sweep_metrics, COUNT, base),
     VW_COLUMN(struct vw_sweep_metrics, COUNT, epochs),
     VW_COLUMN(struct vw_sweep_metrics, COUNT, steps),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, train_ms),
+    SHOWN(REAL_OR_NULL, train_ms, "step, ms", 2),
     VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, value_ms),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, scoring_ratio),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, run_seconds),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, device_mib),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, val_psnr),
-    VW_COLUMN(struct vw_sweep_metrics, COUNT, psnr_pareto_front),
+    SHOWN(REAL_OR_NULL, scoring_ratio, "ratio", 2),
+    SHOWN(REAL_OR_NULL, run_seconds, "run, s", 1),
+    SHOWN(REAL_OR_NULL, device_mib, "MiB", 1),
+    SHOWN(REAL_OR_NULL, val_psnr, "PSNR, dB", 2),
+    SHOWN(COUNT, psnr_pareto_front, "front by PSNR", 0),
     VW_COLUMN(struct vw_sweep_metrics, TEXT, method),
-    VW_COLUMN(struct vw_sweep_metrics, COUNT, score_pareto_front),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, seed_pearson),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, seed_spearman),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, agreement_pearson),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, agreement_spearman),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, all_pixels_pearson),
+    SHOWN(COUNT, score_pareto_front, "front by scores", 0),
+    SHOWN(REAL_OR_NULL, seed_pearson, "r seeds", 3),
+    SHOWN(REAL_OR_NULL, seed_spearman, "rho", 3),
+    SHOWN(REAL_OR_NULL, agreement_pearson, "r reference", 3),
+    SHOWN(REAL_OR_NULL, agreement_spearman, "rho", 3),
+    SHOWN(REAL_OR_NULL, all_pixels_pearson, "r all pixels", 3),
     VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, all_pixels_spearman),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, auc),
-    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, lds),
+    SHOWN(REAL_OR_NULL, auc, "AUC", 2),
+    SHOWN(REAL_OR_NULL, lds, "LDS", 2),
     VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, lds_ci_low),
     VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, lds_ci_high),
 };
@@ -50,9 +52,11 @@ enum { KEY_COUNT = 2 };
 static const struct vw_table metric_table = {VW_TABLE("metric", struct metric_row, metric_columns),
                                              .doing = "record a metric"};
 
-const struct vw_column *vw_sweep_columns(uint32_t *count) {
-    *count = VW_ARRAY_COUNT(metric_columns) - KEY_COUNT;
-    return metric_columns + KEY_COUNT;
+struct vw_rows vw_sweep_rows(const struct vw_sweep_metrics *metrics, uint32_t count) {
+    struct vw_rows rows = VW_ROWS(metric_columns, metrics, count);
+    rows.columns += KEY_COUNT;
+    rows.column_count -= KEY_COUNT;
+    return rows;
 }
 
 struct vw_sweeps {

@@ -5,7 +5,7 @@
 //   row_hash: hash of the other columns; an edited row is refused. It catches mistakes, not a forger, who can hash
 //   anew.
 // - metric(sweep_id, place, ...): the results, a row per configuration and method, with the columns of
-//   vw_sweep_columns().
+//   vw_sweep_rows().
 // Each append is one synced transaction.
 #ifndef VIEWWORTH_LEDGER_SWEEPS_H
 #define VIEWWORTH_LEDGER_SWEEPS_H
@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "ledger/column.h"
+#include "base/rows.h"
 #include "viewworth/status.h"
 
 // A configuration, and the quality of one method's scores there. Reals are NaN where there is no value; correlations
@@ -48,8 +48,8 @@ struct vw_sweep_metrics {
                                          // on them reach, and its 95 % interval over the halves
 };
 
-// Returns all columns in the order above, of the kinds TEXT, COUNT and REAL_OR_NULL, with the names of the members.
-const struct vw_column *vw_sweep_columns(uint32_t *count);
+// Returns the rows of tradeoff.csv: all columns in the order above, with the names of the members.
+struct vw_rows vw_sweep_rows(const struct vw_sweep_metrics *metrics, uint32_t count);
 
 struct vw_sweeps;
 

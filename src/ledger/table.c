@@ -69,6 +69,7 @@ static void add_column(struct vw_row *row, const struct vw_column *column, const
     case VW_COLUMN_IMAGE_OR_NULL: add_or_null(row, *(const uint32_t *)member, VW_RECORD_UNTRAINED); break;
     case VW_COLUMN_REAL:
     case VW_COLUMN_REAL_OR_NULL: vw_row_add_real(row, *(const double *)member); break;
+    default: row->failed = true; // no kind of a ledger
     }
 }
 

@@ -1,6 +1,8 @@
 #include <inttypes.h>
 #include <math.h>
+#include <stdlib.h>
 
+#include "base/memory.h"
 #include "cli/output/print.h"
 #include "cli/output/ranking.h"
 #include "cli/output/results.h"
@@ -19,6 +21,32 @@ static struct vw_ranking ranking_of(const struct vw_lasting_summary *summary) {
                                .count = summary->score_count,
                                .images = summary->images,
                                .image_count = summary->image_count};
+}
+
+// A photo of the gate.
+struct row {
+    const char *name;
+    struct vw_gate_check check;
+};
+
+#define OF_CHECK(member, heading)                                                                                      \
+    { VW_CELL(#member, struct row, REAL_OR_NULL, check.member), .title = heading, .digits = 2, .has_sign = true }
+static const struct vw_column columns[] = {
+    OF_CHECK(predicted_psnr, "predicted, dB"),
+    OF_CHECK(measured_psnr, "measured, dB"),
+    OF_CHECK(predicted_loss, NULL),
+    OF_CHECK(measured_loss, NULL),
+    {VW_CELL("from_step", struct row, COUNT64, check.from_step)},
+    {VW_CELL("name", struct row, TEXT, name), .title = "photo"},
+};
+
+// Lists the photos of the gate, owned by the caller.
+static struct vw_rows list_checks(const struct vw_lasting_summary *summary) {
+    uint32_t count = summary->pass.check_count;
+    struct row *rows = vw_allocate(count, sizeof *rows);
+    for (uint32_t i = 0; rows && i < count; i++)
+        rows[i] = (struct row){name_of(summary, summary->pass.checks[i].image_id), summary->pass.checks[i]};
+    return VW_ROWS(columns, rows, rows ? count : 0);
 }
 
 static bool is_trusted(double gate) { return gate >= vw_lasting_gate_least; } // not if it is NaN
@@ -46,12 +74,11 @@ static void print_gate(const struct vw_lasting_summary *summary) {
         vw_print("gate     none (--no-gate, or a run with momentum): lasting credit is not checked here\n");
         return;
     }
-    vw_print("gate     change of the final PSNR when the steps on a photo after step %" PRIu64
-             " are made longer: predicted, measured\n",
+    vw_print("gate     change of the final PSNR when the steps on a photo after step %" PRIu64 " are made longer\n",
              pass->checks->from_step);
-    for (uint32_t i = 0; i < pass->check_count; i++)
-        vw_print("  %+9" VW_SCORE_DIGITS "f  %+9" VW_SCORE_DIGITS "f dB  %s\n", pass->checks[i].predicted_psnr,
-                 pass->checks[i].measured_psnr, name_of(summary, pass->checks[i].image_id));
+    const struct vw_rows checks = list_checks(summary);
+    vw_print_rows(&checks);
+    free((void *)checks.rows);
     vw_print("         Pearson's correlation %.2f (mean absolute error: %.2f)\n", psnr, loss);
     if (!is_trusted(psnr)) vw_print("         below %.1f: do not trust lasting credit here\n", vw_lasting_gate_least);
     print_growth(&growth, is_trusted(psnr));
@@ -72,16 +99,9 @@ static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
     const struct vw_lasting_pass *pass = &summary->pass;
     if (!pass->check_count) return json_null();
     double psnr = vw_lasting_gate(pass, false);
-    json_t *photos = json_array();
-    for (uint32_t i = 0; i < pass->check_count; i++) {
-        const struct vw_gate_check *check = &pass->checks[i];
-        vw_json_append(&photos, json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "name", name_of(summary, check->image_id),
-                                          "from_step", (json_int_t)check->from_step, "predicted_psnr",
-                                          vw_json_real(check->predicted_psnr), "measured_psnr",
-                                          vw_json_real(check->measured_psnr), "predicted_loss",
-                                          vw_json_real(check->predicted_loss), "measured_loss",
-                                          vw_json_real(check->measured_loss)));
-    }
+    const struct vw_rows checks = list_checks(summary);
+    json_t *photos = vw_rows_to_json(&checks);
+    free((void *)checks.rows);
     return json_pack("{s:o, s:o, s:b, s:o}", "pearson_psnr", vw_json_real(psnr), "pearson_loss",
                      vw_json_real(vw_lasting_gate(pass, true)), "trusted", is_trusted(psnr), "photos", photos);
 }

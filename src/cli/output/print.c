@@ -65,6 +65,46 @@ void vw_print_shell_path(const char *path) {
     vw_print("'");
 }
 
+// ---- Tables --------------------------------------------------------------------------------------------------------
+
+// Returns the width of a column in bytes; 0 if it is not shown.
+static size_t width_of(const struct vw_rows *rows, const struct vw_column *column) {
+    char text[VW_CELL_BYTES];
+    size_t width = 0;
+    bool known = false;
+    if (!column->title) return 0;
+    for (uint32_t i = 0; i < rows->count; i++) {
+        const char *cell = vw_rows_cell(rows, i, column, text);
+        known |= cell != NULL;
+        if (cell && strlen(cell) > width) width = strlen(cell);
+    }
+    return !known ? 0 : width > strlen(column->title) ? width : strlen(column->title);
+}
+
+// Prints a cell after those before it; `blanks` are left to print, so that no line ends with any.
+static void print_cell(const struct vw_column *column, const char *cell, size_t width, size_t *blanks) {
+    size_t padding = width > strlen(cell) ? width - strlen(cell) : 0;
+    bool right = !vw_column_is_text(column);
+    if (*cell) vw_print("%*s%s", (int)(*blanks + (right ? padding : 0)), "", cell);
+    *blanks = (*cell ? (right ? 0 : padding) : *blanks + width) + 2;
+}
+
+void vw_print_rows(const struct vw_rows *rows) {
+    for (uint32_t line = 0; line <= rows->count; line++) {
+        size_t blanks = 0;
+        for (uint32_t c = 0; c < rows->column_count; c++) {
+            const struct vw_column *column = &rows->columns[c];
+            size_t width = width_of(rows, column);
+            char text[VW_CELL_BYTES];
+            const char *cell = line && width ? vw_rows_cell(rows, line - 1, column, text) : column->title;
+            if (width) print_cell(column, cell ? cell : vw_column_is_text(column) ? "" : "-", width, &blanks);
+        }
+        vw_print("\n");
+    }
+}
+
+// ---- JSON ----------------------------------------------------------------------------------------------------------
+
 enum vw_status vw_json_print(json_t *root) {
     if (!root) return vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON output");
     // In ASCII, so that no name in it controls a terminal.

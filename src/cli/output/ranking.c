@@ -15,7 +15,28 @@ enum { SHOWN_AT_EACH_END = 3, JSON_AT_EACH_END = 5 };
 struct row {
     const char *name, *provider, *ground_truth;
     const struct vw_ledger_score *score;
-    double quality;
+    double quality, share_percent;
+};
+
+#define OF_ROW(member, kind)                                                                                           \
+    { VW_CELL(#member, struct row, kind, member) }
+#define OF_SCORE(name, kind, member)                                                                                   \
+    { VW_CELL_VIA(name, struct row, score, kind, struct vw_ledger_score, member) }
+static const struct vw_column columns[] = {
+    OF_ROW(name, TEXT),
+    OF_ROW(provider, TEXT_OR_NULL),
+    OF_ROW(ground_truth, TEXT_OR_NULL),
+    OF_SCORE("method", TEXT, method),
+    OF_SCORE("value", REAL_OR_NULL, value),
+    OF_SCORE("unit", TEXT, unit),
+    OF_SCORE("stderr", REAL_OR_NULL, standard_error),
+    OF_SCORE("ci_low", REAL_OR_NULL, ci_low),
+    OF_SCORE("ci_high", REAL_OR_NULL, ci_high),
+    OF_SCORE("rank_ci_low", COUNT, rank_ci_low),
+    OF_SCORE("rank_ci_high", COUNT, rank_ci_high),
+    OF_SCORE("visits", COUNT, visits),
+    OF_ROW(quality, REAL_OR_NULL),
+    OF_ROW(share_percent, REAL_OR_NULL), // the last, which only credit has
 };
 
 static double find_quality(const struct vw_ranking *ranking, uint32_t image_id) {
@@ -89,17 +110,6 @@ static void print_row(const struct row *row, double factor, bool ranks) {
     vw_print("\n");
 }
 
-static json_t *row_to_json(const struct row *row, double factor) {
-    const struct vw_ledger_score *score = row->score;
-    return json_pack("{s:s, s:s?, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:o, s:o*}", "name", row->name,
-                     "provider", row->provider, "ground_truth", row->ground_truth, "method", score->method, "value",
-                     vw_json_real(score->value), "unit", score->unit, "stderr", vw_json_real(score->standard_error),
-                     "ci_low", vw_json_real(score->ci_low), "ci_high", vw_json_real(score->ci_high), "rank_ci_low",
-                     (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high, "visits",
-                     (json_int_t)score->visits, "quality", vw_json_real(row->quality), "share_percent",
-                     factor != 1 ? vw_json_real(factor * score->value) : NULL);
-}
-
 void vw_ranking_print(const struct vw_ranking *ranking, const char *highest, const char *lowest) {
     uint32_t shown = count_at_each_end(ranking, SHOWN_AT_EACH_END), judges = count_judges(ranking);
     bool ranks = judges >= VW_AGREEMENT_VIEWS_MIN;
@@ -119,7 +129,11 @@ json_t *vw_ranking_to_json(const struct vw_ranking *ranking, enum vw_ranking_row
     json_t *array = json_array();
     for (uint32_t i = 0; i < count; i++) {
         struct row row = row_at(ranking, rows == VW_RANKING_LOWEST ? ranking->count - 1 - i : i, 0);
-        vw_json_append(&array, row_to_json(&row, factor_of(ranking, row.score)));
+        double factor = factor_of(ranking, row.score);
+        struct vw_rows shown = VW_ROWS(columns, &row, 1);
+        row.share_percent = factor * row.score->value;
+        shown.column_count -= factor == 1;
+        vw_json_append(&array, vw_row_to_json(&shown, 0));
     }
     return array;
 }

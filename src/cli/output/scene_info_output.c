@@ -1,6 +1,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "base/text.h"
@@ -11,6 +12,7 @@
 // A camera and how many views share it.
 struct shared_camera {
     struct vw_camera camera;
+    const char *lens; // static
     uint32_t view_count;
 };
 
@@ -45,7 +47,8 @@ static void count_cameras(struct description *description) {
         const struct vw_camera *camera = &description->scene->views[v].camera;
         uint32_t i = 0;
         while (i < description->camera_count && !vw_camera_same(&description->cameras[i].camera, camera)) i++;
-        if (i == description->camera_count) description->cameras[description->camera_count++].camera = *camera;
+        if (i == description->camera_count)
+            description->cameras[description->camera_count++] = (struct shared_camera){*camera, lens_name(camera), 0};
         description->cameras[i].view_count++;
     }
 }
@@ -70,7 +73,8 @@ static void print_cameras(const struct description *description) {
         const struct vw_camera *camera = &description->cameras[i].camera;
         vw_print("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photo%s\n", camera->width_px,
                  camera->height_px, camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
-                 lens_name(camera), description->cameras[i].view_count, vw_plural(description->cameras[i].view_count));
+                 description->cameras[i].lens, description->cameras[i].view_count,
+                 vw_plural(description->cameras[i].view_count));
     }
     if (description->camera_count > SHOWN)
         vw_print("         and %u more (--json has all)\n", description->camera_count - SHOWN);
@@ -156,21 +160,33 @@ static void print_effects(const struct vw_scene_info *info) {
     vw_print("\n");
 }
 
+// A command with what it takes at each accuracy level, in text and in seconds.
+struct price {
+    const struct vw_priced_command *command;
+    char times[VW_PRICED_LEVELS][VW_DURATION_BYTES];
+};
+
 // Prints what the commands take on this device at every accuracy level.
 static void print_prices(const struct vw_scene_info *info) {
-    if (*info->estimate.missing) return;
-    vw_print("\n%-26s%9s", "about, with --accuracy", "trainings");
-    for (uint32_t l = 0; l < VW_PRICED_LEVELS; l++) vw_print("  %9s", info->prices[l].level);
+    struct vw_column columns[2 + VW_PRICED_LEVELS] = {
+        {VW_CELL_VIA("command", struct price, command, TEXT, struct vw_priced_command, words),
+         .title = "about, with --accuracy"},
+        {VW_CELL_VIA("trainings", struct price, command, COUNT, struct vw_priced_command, trainings),
+         .title = "trainings"}};
+    struct price prices[VW_PRICED_COMMANDS];
+    for (uint32_t l = 0; l < VW_PRICED_LEVELS; l++)
+        columns[2 + l] = (struct vw_column){.kind = VW_COLUMN_CHARS,
+                                            .offset = offsetof(struct price, times) + l * VW_DURATION_BYTES,
+                                            .title = info->prices[l].level};
     for (uint32_t c = 0; c < VW_PRICED_COMMANDS; c++) {
-        const struct vw_priced_command *command = &vw_priced_commands[c];
-        vw_print("\n%-26s%9u", command->words, command->trainings);
-        for (uint32_t l = 0; l < VW_PRICED_LEVELS; l++) {
-            char time[VW_DURATION_BYTES] = "-";
-            if (isfinite(info->prices[l].seconds[c])) vw_text_duration(info->prices[l].seconds[c], time);
-            vw_print("  %9s", time);
-        }
+        prices[c] = (struct price){.command = &vw_priced_commands[c]};
+        for (uint32_t l = 0; l < VW_PRICED_LEVELS; l++)
+            if (isnan(info->prices[l].seconds[c])) strcpy(prices[c].times[l], "-");
+            else vw_text_duration(info->prices[l].seconds[c], prices[c].times[l]);
     }
+    const struct vw_rows rows = VW_ROWS(columns, prices, VW_PRICED_COMMANDS);
     vw_print("\n");
+    vw_print_rows(&rows);
 }
 
 static void print_text(const struct description *description) {
@@ -193,27 +209,32 @@ static void print_text(const struct description *description) {
     print_exposures(description);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     print_estimate(&description->info->estimate);
-    print_prices(description->info);
+    if (!*description->info->estimate.missing) print_prices(description->info);
     print_effects(description->info);
 }
 
 // ---- As JSON: NULL when memory is short ----------------------------------------------------------------------------
 
-static json_t *camera_to_json(const struct shared_camera *shared) {
-    const struct vw_camera *c = &shared->camera;
-    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I}", "width_px",
-                     (json_int_t)c->width_px, "height_px", (json_int_t)c->height_px, "focal_x_px", c->focal_x_px,
-                     "focal_y_px", c->focal_y_px, "centre_x_px", c->centre_x_px, "centre_y_px", c->centre_y_px, "lens",
-                     lens_name(c), "k1", c->k1, "k2", c->k2, "k3", c->k3, "k4", c->k4, "k5", c->k5, "k6", c->k6, "p1",
-                     c->p1, "p2", c->p2, "views", (json_int_t)shared->view_count);
-}
-
-static json_t *cameras_to_json(const struct description *description) {
-    json_t *array = json_array();
-    for (uint32_t i = 0; i < description->camera_count; i++)
-        vw_json_append(&array, camera_to_json(&description->cameras[i]));
-    return array;
-}
+#define OF_CAMERA(kind, member)                                                                                        \
+    { VW_CELL(#member, struct shared_camera, kind, camera.member) }
+static const struct vw_column camera_columns[] = {
+    OF_CAMERA(COUNT, width_px),
+    OF_CAMERA(COUNT, height_px),
+    OF_CAMERA(REAL, focal_x_px),
+    OF_CAMERA(REAL, focal_y_px),
+    OF_CAMERA(REAL, centre_x_px),
+    OF_CAMERA(REAL, centre_y_px),
+    {VW_CELL("lens", struct shared_camera, TEXT, lens)},
+    OF_CAMERA(REAL, k1),
+    OF_CAMERA(REAL, k2),
+    OF_CAMERA(REAL, k3),
+    OF_CAMERA(REAL, k4),
+    OF_CAMERA(REAL, k5),
+    OF_CAMERA(REAL, k6),
+    OF_CAMERA(REAL, p1),
+    OF_CAMERA(REAL, p2),
+    {VW_CELL("views", struct shared_camera, COUNT, view_count)},
+};
 
 static json_t *splits_to_json(const struct vw_scene *scene) {
     const uint32_t *count = scene->split_count;
@@ -286,9 +307,10 @@ static json_t *prices_to_json(const struct vw_scene_info *info) {
 
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
+    const struct vw_rows cameras = VW_ROWS(camera_columns, description->cameras, description->camera_count);
     return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o}", "scene",
                      scene->path, "format", scene->format, "views", (json_int_t)scene->view_count, "splits",
-                     splits_to_json(scene), "cameras", cameras_to_json(description), "bounds", bounds_to_json(scene),
+                     splits_to_json(scene), "cameras", vw_rows_to_json(&cameras), "bounds", bounds_to_json(scene),
                      "has_alpha", scene->has_alpha, "masks", (json_int_t)scene->masked_view_count, "points",
                      (json_int_t)scene->point_count, "tracks", (json_int_t)scene->track_count, "depths",
                      depths_to_json(description), "exposures", exposures_to_json(description), "notes",

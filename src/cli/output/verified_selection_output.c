@@ -1,46 +1,52 @@
 #include <inttypes.h>
 #include <math.h>
-#include <string.h>
+#include <stdio.h>
 
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 
 enum { FEW_PHOTOS = 4 }; // validation photos, below which intervals are too wide to prove much
 
-// ---- JSON ----
+struct row {
+    const char *name, *same_as;
+    uint32_t photo_count;
+    struct vw_gain gain;
+    char interval[VW_CELL_BYTES];
+};
 
-static json_t *candidate_to_json(const struct vw_verified_selection *verified, uint32_t place) {
-    const struct vw_candidate *candidate = &verified->candidates.list[place];
-    const struct vw_gain *gain = &verified->gains[place];
-    return json_pack("{s:s, s:I, s:o, s:o, s:o, s:s*}", "name", candidate->name, "photos",
-                     (json_int_t)candidate->selections[VW_HALF_BOTH].count, "gain_db", vw_json_real(gain->gain_db),
-                     "ci_low", vw_json_real(gain->ci_low), "ci_high", vw_json_real(gain->ci_high), "same_as",
-                     candidate->same_as);
+static const struct vw_column columns[] = {
+    {VW_CELL("name", struct row, TEXT, name), .title = "list"},
+    {VW_CELL("photos", struct row, COUNT, photo_count), .title = "photos"},
+    {VW_CELL("gain_db", struct row, REAL_OR_NULL, gain.gain_db), .title = "gain, dB", .digits = 2, .has_sign = true},
+    {VW_CELL("ci_low", struct row, REAL_OR_NULL, gain.ci_low)},
+    {VW_CELL("ci_high", struct row, REAL_OR_NULL, gain.ci_high)},
+    {VW_CELL("interval", struct row, CHARS, interval), .left_out = VW_NOT_IN_JSON, .title = "interval"},
+    {VW_CELL("same_as", struct row, TEXT_OR_NULL, same_as), .title = "the same"},
+};
+
+static struct vw_rows rows_of(const struct vw_verified_selection *verified, struct row rows[VW_CANDIDATES_MAX]) {
+    for (uint32_t c = 0; c < verified->candidates.count; c++) {
+        const struct vw_gain *gain = &verified->gains[c];
+        bool same = gain->ci_low == 0 && gain->ci_high == 0;
+        rows[c] = (struct row){.name = verified->candidates.list[c].name,
+                               .same_as = verified->candidates.list[c].same_as,
+                               .photo_count = verified->candidates.list[c].selections[VW_HALF_BOTH].count,
+                               .gain = *gain};
+        const char *words = !c ? "the others are compared with it" : same ? "all photos by the scores of a half" : NULL;
+        if (words || isnan(gain->ci_low)) snprintf(rows[c].interval, VW_CELL_BYTES, "%s", words ? words : "unknown");
+        else snprintf(rows[c].interval, VW_CELL_BYTES, "%+.2f to %+.2f", gain->ci_low, gain->ci_high);
+    }
+    return VW_ROWS(columns, rows, verified->candidates.count);
 }
 
 json_t *vw_verified_selection_to_json(const struct vw_verified_selection *verified) {
-    json_t *candidates = json_array();
-    for (uint32_t c = 0; c < verified->candidates.count; c++)
-        vw_json_append(&candidates, candidate_to_json(verified, c));
-    return json_pack("{s:o, s:s}", "candidates", candidates, "chosen",
+    struct row rows[VW_CANDIDATES_MAX];
+    const struct vw_rows candidates = rows_of(verified, rows);
+    return json_pack("{s:o, s:s}", "candidates", vw_rows_to_json(&candidates), "chosen",
                      verified->candidates.list[verified->chosen].name);
 }
 
-// ---- Text ----
-
-static void print_candidate(const struct vw_verified_selection *verified, uint32_t place) {
-    const struct vw_candidate *candidate = &verified->candidates.list[place];
-    const struct vw_gain *gain = &verified->gains[place];
-    vw_print("%-18s %6u", candidate->name, candidate->selections[VW_HALF_BOTH].count);
-    if (!place) vw_print("   the others are compared with it");
-    else if (gain->ci_low == 0 && gain->ci_high == 0) vw_print("   %+8.2f  all photos by the scores of a half", 0.0);
-    else if (isnan(gain->ci_low)) vw_print("   %+8.2f  unknown", gain->gain_db);
-    else vw_print("   %+8.2f  %+.2f to %+.2f", gain->gain_db, gain->ci_low, gain->ci_high);
-    vw_print("\n");
-    if (candidate->same_as) vw_print("                   the same: %s\n", candidate->same_as);
-}
-
-static void print_verdict(const struct vw_verified_selection *verified) {
+static void print_choice(const struct vw_verified_selection *verified) {
     const struct vw_candidate *chosen = &verified->candidates.list[verified->chosen];
     uint32_t judges = verified->half_sizes[VW_HALF_A] + verified->half_sizes[VW_HALF_B];
     if (verified->candidates.count == 1)
@@ -59,9 +65,10 @@ void vw_verified_selection_print(const struct vw_verified_selection *verified, u
                  verified->first_seed, verified->first_seed + seeds - 1, verified->half_sizes[VW_HALF_A],
                  verified->half_sizes[VW_HALF_B]);
         vw_print("thinned: every n-th photo by name is left out; random: drawn\n\n");
-        vw_print("%-18s %6s   %8s  interval\n", "list", "photos", "gain, dB");
-        for (uint32_t c = 0; c < verified->candidates.count; c++) print_candidate(verified, c);
+        struct row rows[VW_CANDIDATES_MAX];
+        const struct vw_rows candidates = rows_of(verified, rows);
+        vw_print_rows(&candidates);
         vw_print("\n");
     }
-    print_verdict(verified);
+    print_choice(verified);
 }

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/csv.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/inside.h"
@@ -143,30 +142,6 @@ static enum vw_status train_evaluator(struct vw_sweep_state *state) {
 
 // ---- Results ----
 
-static void print_field(FILE *stream, const struct vw_column *column, const struct vw_sweep_metrics *metric) {
-    const void *value = (const char *)metric + column->offset;
-    switch (column->kind) {
-    case VW_COLUMN_TEXT: vw_csv_write_text(stream, *(const char *const *)value); break;
-    case VW_COLUMN_COUNT: fprintf(stream, "%u", *(const uint32_t *)value); break;
-    default: vw_csv_write_real(stream, *(const double *)value); break;
-    }
-}
-
-static void print_csv(FILE *stream, const void *context) {
-    const struct vw_sweep *sweep = context;
-    uint32_t count = 0;
-    const struct vw_column *columns = vw_sweep_columns(&count);
-    for (uint32_t i = 0; i < count; i++) fprintf(stream, "%s%s", i ? "," : "", columns[i].name);
-    fputc('\n', stream);
-    for (uint32_t row = 0; row < sweep->metric_count; row++) {
-        for (uint32_t i = 0; i < count; i++) {
-            if (i) fputc(',', stream);
-            print_field(stream, &columns[i], &sweep->metrics[row]);
-        }
-        fputc('\n', stream);
-    }
-}
-
 static enum vw_status write_results(struct vw_sweep_state *state, struct vw_sweep *sweep) {
     const char *out = state->params->common.out;
     const struct vw_report_params report = {.scene = state->session.scene, .options.no_thumbnails = true};
@@ -174,7 +149,8 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
     if (!sweep->csv_path) return VW_ERROR_MEMORY;
     enum vw_status status =
         vw_sweeps_set_metrics(state->store, state->configuration_ids[0], sweep->metrics, sweep->metric_count);
-    if (!status) status = vw_csv_write_file(sweep->csv_path, print_csv, sweep);
+    const struct vw_rows rows = vw_sweep_rows(sweep->metrics, sweep->metric_count);
+    if (!status) status = vw_rows_write_csv(sweep->csv_path, &rows);
     if (!status) sweep->report_path = vw_report_folder_finish(out, &report);
     return status;
 }

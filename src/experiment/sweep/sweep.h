@@ -41,7 +41,7 @@ struct vw_sweep {
 
 // Makes the sweep, or resumes it. Writes to OUT: configurations/<name>/seed_<seed>/ (experiment/experiment.h),
 // retrainings.db, tradeoff.db, report.html, and tradeoff.csv with a row per configuration and method and the columns of
-// vw_sweep_columns(). Free the result also after a failure.
+// vw_sweep_rows(). Free the result also after a failure.
 enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_sweep *sweep);
 void vw_sweep_free(struct vw_sweep *sweep);
 
