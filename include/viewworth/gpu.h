@@ -74,7 +74,6 @@ struct vw_gpu_params {
     bool validation;    // Khronos validation with synchronization validation; a missing layer is an error and
                         // any message of severity warning or error makes the next submit, wait or close fail
     bool timers;        // time every pass with timestamps, where the device has them
-    bool statistics;    // keep what the driver tells of each pipeline, where it does
     const struct vw_gpu_limits
         *clamp; // NULL, or upper bounds on the queried limits (and feature bits) for tests of fallbacks
 };

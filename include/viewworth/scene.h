@@ -96,6 +96,7 @@ double vw_exposure_brightness(const struct vw_exposure *exposure);
 
 struct vw_name_index;
 struct vw_photo_source;
+struct vw_exposures;
 
 struct vw_scene {
     char *path;            // owned; as in vw_scene_params
@@ -117,7 +118,7 @@ struct vw_scene {
     uint32_t note_count;
     const char *missing; // borrowed from the notes: what was left out because its image file is missing; NULL: nothing
     struct vw_photo_source *source; // owned; private: the photos' files and the place of their pixels; NULL: a recipe
-    struct vw_exposure *exposures;  // owned; private: see vw_scene_estimate_exposures()
+    struct vw_exposures *exposures; // owned; private: see vw_scene_estimate_exposures()
     // Hash of everything above that training depends on: names, splits, weights, image hashes, masks, cameras, poses,
     // near and far, box, background, points, the views that see them and where, features, downscale; not of the path.
     uint8_t hash[VW_HASH_BYTES];

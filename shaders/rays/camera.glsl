@@ -22,7 +22,7 @@ vec2 distort(vec2 p, float radial, vec4 distortion) {
 
 // Newton's method on distort(p) = target, from p = target, with steps halved until they come closer. Strong lenses need
 // the many rounds; pixels beyond the fold of the model, which have no inverse, are masked by the host
-// (src/scene/mask.c).
+// (src/scene/photo.c).
 const int UNDISTORT_ROUNDS = 32;
 
 vec2 undistort(vec2 target, vec4 distortion, vec4 higher) {

@@ -18,38 +18,19 @@ void vw_log_set_sink(vw_log_sink *sink, void *context) {
     target.context = context;
 }
 
-// Sends a message; one that does not fit the buffer is cut when memory is short.
-static void send(enum vw_log_level level, const char *format, va_list arguments) {
+// Cuts a message that does not fit the buffer when memory is short.
+void vw_log(enum vw_log_level level, const char *format, ...) {
     char line[LINE_BYTES], *longer = NULL;
-    va_list again;
+    va_list arguments, again;
     if (!target.sink) return;
+    va_start(arguments, format);
     va_copy(again, arguments);
     int length = vsnprintf(line, sizeof line, format, arguments);
     if (length >= LINE_BYTES) longer = malloc((size_t)length + 1);
     if (longer) vsnprintf(longer, (size_t)length + 1, format, again);
     va_end(again);
+    va_end(arguments);
     vw_text_make_line(longer ? longer : line);
     target.sink(target.context, level, longer ? longer : line);
     free(longer);
-}
-
-void vw_log_info(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    send(VW_LOG_INFO, format, arguments);
-    va_end(arguments);
-}
-
-void vw_log_warning(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    send(VW_LOG_WARNING, format, arguments);
-    va_end(arguments);
-}
-
-void vw_log_detail(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    send(VW_LOG_DETAIL, format, arguments);
-    va_end(arguments);
 }

@@ -10,7 +10,6 @@
 #include "base/hash.h"
 #include "base/inside.h"
 #include "base/json.h"
-#include "base/json_reader.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "viewworth/ledger.h"

@@ -18,7 +18,7 @@
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 #include "run/scoring.h"
-#include "scene/val_weights.h"
+#include "scene/splits_file.h"
 #include "value/evaluation/score_tables.h"
 #include "value/matrix.h"
 #include "viewworth/log.h"

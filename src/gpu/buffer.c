@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "gpu/debug.h"
+#include "gpu/instance.h"
 #include "gpu/transfer.h"
 
 enum { STAGING_BYTES = 16 << 20 };

@@ -151,10 +151,6 @@ struct vw_gpu_timer {
 // timers.
 const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *count);
 
-// Returns a line for each pass created so far: "forward_field: registers 64; spills 0". "" unless the device was opened
-// for it and its driver tells. It belongs to `gpu` and is valid until the next pass is created.
-const char *vw_gpu_pipeline_statistics(const struct vw_gpu *gpu);
-
 // ---- Peak throughput ------------------------------------------------------------------------------------------------
 
 // The device's peak rates when it does nothing else, measured in about a second, as a reference for times.

@@ -3,12 +3,9 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "gpu/debug.h"
-#include "gpu/extensions.h"
+#include "gpu/instance.h"
 #include "gpu/pipeline.h"
-#include "gpu/pushes.h"
-#include "gpu/shader_cache.h"
-#include "gpu/shader_controls.h"
+#include "gpu/spirv.h"
 #include "gpu/transfer.h"
 
 // ---- Listing and choosing -------------------------------------------------------------------------------------------
@@ -16,17 +13,17 @@
 // Orders devices by preference; devices of one kind stay in the driver's order, which info.index contains until the
 // list is ranked.
 static int by_preference(const void *left, const void *right) {
-    const struct vw_gpu_info *a = &((const struct vw_candidate *)left)->info;
-    const struct vw_gpu_info *b = &((const struct vw_candidate *)right)->info;
+    const struct vw_gpu_info *a = &((const struct vw_device_candidate *)left)->info;
+    const struct vw_gpu_info *b = &((const struct vw_device_candidate *)right)->info;
     if (a->kind != b->kind) return a->kind < b->kind ? -1 : 1;
     return a->index < b->index ? -1 : 1;
 }
 
 // Lists the devices; the caller frees `*candidates`.
-static enum vw_status list_candidates(const struct vw_instance *instance, struct vw_candidate **candidates,
+static enum vw_status list_candidates(const struct vw_instance *instance, struct vw_device_candidate **candidates,
                                       uint32_t *count) {
     enum vw_status status = VW_OK;
-    struct vw_candidate *list = NULL;
+    struct vw_device_candidate *list = NULL;
     uint32_t found = 0;
     VkResult result = vkEnumeratePhysicalDevices(instance->handle, &found, NULL);
     VkPhysicalDevice *physical = vw_allocate(found, sizeof *physical);
@@ -53,7 +50,7 @@ done:
 
 enum vw_status vw_gpu_list(struct vw_gpu_info **infos, uint32_t *count) {
     struct vw_instance instance = {0};
-    struct vw_candidate *candidates = NULL;
+    struct vw_device_candidate *candidates = NULL;
     struct vw_gpu_info *list = NULL;
     uint32_t found = 0;
     enum vw_status status = vw_instance_open(&instance, false);
@@ -80,7 +77,8 @@ static bool is_wanted(const struct vw_gpu_info *info, const char *device) {
     return !strcmp(index, device);
 }
 
-static enum vw_status fail_without_choice(const struct vw_candidate *candidates, uint32_t count, const char *device) {
+static enum vw_status fail_without_choice(const struct vw_device_candidate *candidates, uint32_t count,
+                                          const char *device) {
     char list[768] = "";
     size_t used = 0;
     for (uint32_t i = 0; i < count && used < sizeof list; i++) {
@@ -93,7 +91,7 @@ static enum vw_status fail_without_choice(const struct vw_candidate *candidates,
 }
 
 static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
-    struct vw_candidate *candidates = NULL;
+    struct vw_device_candidate *candidates = NULL;
     uint32_t count = 0;
     enum vw_status status = list_candidates(&gpu->instance, &candidates, &count);
     if (status) return status;
@@ -108,32 +106,43 @@ static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
     return status;
 }
 
+// ---- Names and complaints ------------------------------------------------------------------------------------------
+
+enum vw_status vw_gpu_check_validation(struct vw_gpu *gpu) {
+    unsigned complaints = atomic_load(&gpu->instance.complaints);
+    if (!complaints) return VW_OK;
+    return vw_fail(VW_ERROR_DEVICE, "Vulkan validation complained %u times; see the messages on stderr", complaints);
+}
+
+void vw_gpu_set_name(struct vw_gpu *gpu, VkObjectType type, uint64_t handle, const char *name) {
+    if (!gpu->instance.debug_utils) return;
+    const VkDebugUtilsObjectNameInfoEXT info = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                                                .objectType = type,
+                                                .objectHandle = handle,
+                                                .pObjectName = name};
+    vkSetDebugUtilsObjectNameEXT(gpu->device, &info); // only for debug tools: a failure changes nothing
+}
+
 // ---- Opening --------------------------------------------------------------------------------------------------------
 
-static enum vw_status choose_extensions(VkPhysicalDevice physical, bool statistics,
-                                        struct vw_extension_choice *choice) {
+static enum vw_status choose_extensions(VkPhysicalDevice physical, struct vw_extension_choice *choice) {
     uint32_t count = 0;
     VkResult result = vkEnumerateDeviceExtensionProperties(physical, NULL, &count, NULL);
     VkExtensionProperties *offered = vw_allocate(count, sizeof *offered);
     if (!offered) return VW_ERROR_MEMORY;
     if (!result) result = vkEnumerateDeviceExtensionProperties(physical, NULL, &count, offered);
-    if (!result) *choice = vw_extensions_of_device(offered, count, statistics);
+    if (!result) *choice = vw_extensions_of_device(offered, count);
     free(offered);
     return result ? vw_gpu_fail(result, "vkEnumerateDeviceExtensionProperties", "Vulkan") : VW_OK;
 }
 
-static enum vw_status create_device(struct vw_gpu *gpu, bool statistics) {
+static enum vw_status create_device(struct vw_gpu *gpu) {
     struct vw_extension_choice extensions = {0};
-    enum vw_status status = choose_extensions(gpu->chosen.physical, statistics, &extensions);
+    enum vw_status status = choose_extensions(gpu->chosen.physical, &extensions);
     if (status) return status;
     const struct vw_gpu_limits *limits = &gpu->chosen.limits;
-    VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR told = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR,
-        .pipelineExecutableInfo = VK_TRUE, // who has the extension has this
-    };
     VkPhysicalDeviceVulkan12Features features12 = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = extensions.statistics ? &told : NULL,
         .shaderBufferInt64Atomics = limits->int64_atomics,
         .scalarBlockLayout = VK_TRUE,
         .hostQueryReset = VK_TRUE, // every Vulkan 1.2 device has it
@@ -155,7 +164,6 @@ static enum vw_status create_device(struct vw_gpu *gpu, bool statistics) {
                                      .ppEnabledExtensionNames = extensions.names};
     VkResult result = vkCreateDevice(gpu->chosen.physical, &info, NULL, &gpu->device);
     if (result) return vw_gpu_fail(result, "vkCreateDevice", gpu->chosen.info.name);
-    gpu->has_statistics = extensions.statistics;
     vkGetDeviceQueue(gpu->device, gpu->chosen.queue_family, 0, &gpu->queue);
     vkGetPhysicalDeviceMemoryProperties(gpu->chosen.physical, &gpu->memory);
     return VW_OK;
@@ -175,7 +183,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
     if (!status) status = choose(made, params->device);
     if (!status && params->clamp) vw_limits_clamp(&made->chosen.limits, params->clamp);
     if (!status) status = vw_wait_choose_limit(made);
-    if (!status) status = create_device(made, params->statistics);
+    if (!status) status = create_device(made);
     if (!status) status = vw_transfer_open(made);
     if (!status) status = vw_pushes_open(made);
     if (!status) status = vw_shader_cache_open(made);
@@ -225,7 +233,6 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
     enum vw_status status = vw_gpu_check_validation(closing);
     vw_instance_close(&closing->instance);
     free(closing->timers);
-    free(closing->statistics_text);
     free(closing);
     return status;
 }

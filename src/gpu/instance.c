@@ -1,13 +1,12 @@
 #define VOLK_IMPLEMENTATION
 #include "gpu/instance.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
-#include "gpu/extensions.h"
-#include "gpu/result.h"
 
 static const char validation_layer[] = "VK_LAYER_KHRONOS_validation";
 
@@ -105,4 +104,69 @@ void vw_instance_close(struct vw_instance *instance) {
     if (instance->messenger) vkDestroyDebugUtilsMessengerEXT(instance->handle, instance->messenger, NULL);
     vkDestroyInstance(instance->handle, NULL);
     instance->handle = VK_NULL_HANDLE;
+}
+
+// ---- Extensions ----------------------------------------------------------------------------------------------------
+
+static const char portability_subset[] = "VK_KHR_portability_subset"; // declared in a header for beta extensions alone
+
+bool vw_extension_is_offered(const VkExtensionProperties *offered, uint32_t offered_count, const char *name) {
+    for (uint32_t i = 0; i < offered_count; i++)
+        if (!strcmp(offered[i].extensionName, name)) return true;
+    return false;
+}
+
+static void add(struct vw_extension_choice *choice, const char *name) {
+    assert(choice->count < VW_EXTENSIONS_MAX);
+    choice->names[choice->count++] = name;
+}
+
+struct vw_extension_choice vw_extensions_of_instance(const VkExtensionProperties *offered, uint32_t offered_count,
+                                                     bool validation) {
+    struct vw_extension_choice choice = {0};
+    choice.debug_utils =
+        validation || vw_extension_is_offered(offered, offered_count, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (choice.debug_utils) add(&choice, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (validation) add(&choice, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+    if (vw_extension_is_offered(offered, offered_count, VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME)) {
+        add(&choice, VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME);
+        choice.instance_flags |= VK_INSTANCE_CREATE_ENUMERATE_PORTABILITY_BIT_KHR;
+    }
+    return choice;
+}
+
+struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *offered, uint32_t offered_count) {
+    struct vw_extension_choice choice = {0};
+    if (vw_extension_is_offered(offered, offered_count, portability_subset)) add(&choice, portability_subset);
+    return choice;
+}
+
+// ---- Errors --------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_gpu_fail(int result, const char *call, const char *object) {
+    switch (result) {
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+        return vw_fail(VW_ERROR_MEMORY, "%s: out of host memory in %s; close other programs or use --downscale", object,
+                       call);
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+    case VK_ERROR_OUT_OF_POOL_MEMORY:
+        return vw_fail(VW_ERROR_MEMORY,
+                       "%s: out of device memory in %s; use fewer --rays, --samples or --val-rays, or another --device",
+                       object, call);
+    case VK_ERROR_TOO_MANY_OBJECTS:
+        return vw_fail(VW_ERROR_MEMORY, "%s: the device allows no more allocations in %s; lower --together", object,
+                       call);
+    case VK_ERROR_DEVICE_LOST:
+        return vw_fail(
+            VW_ERROR_DEVICE_LOST,
+            "%s: the device stopped answering in %s; run again (--resume continues); if it happens again, update "
+            "the driver or choose another --device",
+            object, call);
+    case VK_ERROR_INCOMPATIBLE_DRIVER:
+        return vw_fail(VW_ERROR_NO_DEVICE, "%s: no Vulkan driver in %s; install one (Debian: mesa-vulkan-drivers)",
+                       object, call);
+    default:
+        return vw_fail(VW_ERROR_DEVICE, "%s: %s failed with VkResult %d; update the driver or choose another --device",
+                       object, call, result);
+    }
 }

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "gpu/shader_controls.h"
+#include "gpu/spirv.h"
 
 // The floor. Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe
 // has or leaves a limit alone, the Vulkan 1.2 minimum applies. It asks for 30 storage buffers; passes whose effects
@@ -109,7 +109,7 @@ int vw_queue_family_choose(const VkQueueFamilyProperties *families, uint32_t cou
     return chosen;
 }
 
-static bool find_queue_family(struct vw_candidate *candidate) {
+static bool find_queue_family(struct vw_device_candidate *candidate) {
     VkQueueFamilyProperties families[32];
     uint32_t count = 32;
     vkGetPhysicalDeviceQueueFamilyProperties(candidate->physical, &count, families);
@@ -158,7 +158,7 @@ static struct vw_gpu_arithmetic arithmetic_of(const VkPhysicalDeviceVulkan11Prop
 }
 
 // Queries the properties that only a Vulkan 1.2 device has.
-static void query_core(struct vw_candidate *candidate) {
+static void query_core(struct vw_device_candidate *candidate) {
     struct vw_gpu_info *info = &candidate->info;
     VkPhysicalDeviceVulkan12Properties core12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};
     VkPhysicalDeviceVulkan11Properties core11 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES,
@@ -194,8 +194,8 @@ static void query_core(struct vw_candidate *candidate) {
     if (missed) snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "%s", missed);
 }
 
-void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidate) {
-    *candidate = (struct vw_candidate){.physical = physical};
+void vw_candidate_query(VkPhysicalDevice physical, struct vw_device_candidate *candidate) {
+    *candidate = (struct vw_device_candidate){.physical = physical};
     struct vw_gpu_info *info = &candidate->info;
     VkPhysicalDeviceProperties properties;
     vkGetPhysicalDeviceProperties(physical, &properties);

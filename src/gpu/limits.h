@@ -7,7 +7,7 @@
 #include "viewworth/gpu.h"
 
 // A physical device as listed.
-struct vw_candidate {
+struct vw_device_candidate {
     VkPhysicalDevice physical;
     uint32_t queue_family;
     struct vw_gpu_info info;
@@ -17,7 +17,7 @@ struct vw_candidate {
 };
 
 // Fills in everything but info.index.
-void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidate);
+void vw_candidate_query(VkPhysicalDevice physical, struct vw_device_candidate *candidate);
 
 // Returns the index of the queue family to compute on: the first without graphics that has timestamps, otherwise the
 // first that computes; -1 without any.

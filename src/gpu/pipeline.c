@@ -1,75 +1,15 @@
 #include "gpu/pipeline.h"
 
-#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/cache.h"
 #include "base/clock.h"
+#include "base/hash.h"
 #include "base/memory.h"
-#include "base/text_stream.h"
-#include "gpu/debug.h"
-#include "gpu/shader_controls.h"
-
-// ---- Statistics -----------------------------------------------------------------------------------------------------
-
-static void print_value(FILE *stream, const VkPipelineExecutableStatisticKHR *statistic) {
-    const VkPipelineExecutableStatisticValueKHR *value = &statistic->value;
-    switch (statistic->format) {
-    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_BOOL32_KHR: fputs(value->b32 ? "yes" : "no", stream); break;
-    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR: fprintf(stream, "%" PRId64, value->i64); break;
-    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_UINT64_KHR: fprintf(stream, "%" PRIu64, value->u64); break;
-    default: fprintf(stream, "%g", value->f64);
-    }
-}
-
-char *vw_statistics_format(const VkPipelineExecutableStatisticKHR *statistics, uint32_t count) {
-    struct vw_text_stream text = {0};
-    FILE *stream = vw_text_stream_open(&text);
-    char *line = NULL;
-    size_t size_bytes;
-    for (uint32_t i = 0; stream && i < count; i++) {
-        fprintf(stream, "%s%s ", i ? "; " : "", statistics[i].name);
-        print_value(stream, &statistics[i]);
-    }
-    (void)vw_text_stream_close(&text, "pipeline statistics", &line, &size_bytes);
-    return line;
-}
-
-static enum vw_status add_line(struct vw_gpu *gpu, const char *name, const char *role, char *line) {
-    if (line) vw_text_make_line(line); // names are the driver's
-    const char *before = gpu->statistics_text ? gpu->statistics_text : "";
-    char *text = line ? vw_format_text("%s%s%s%s: %s\n", before, name, role ? ", " : "", role ? role : "", line) : NULL;
-    if (!text) return VW_ERROR_MEMORY;
-    free(gpu->statistics_text);
-    gpu->statistics_text = text;
-    return VW_OK;
-}
-
-// Adds a line for the pass of that name and role (or NULL), where statistics were asked for and the driver has some.
-// A compute pipeline has one executable.
-static enum vw_status collect_statistics(struct vw_gpu *gpu, VkPipeline pipeline, const char *name, const char *role) {
-    if (!gpu->has_statistics) return VW_OK;
-    const VkPipelineExecutableInfoKHR executable = {.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR,
-                                                    .pipeline = pipeline};
-    uint32_t count = 0;
-    VkResult result = vkGetPipelineExecutableStatisticsKHR(gpu->device, &executable, &count, NULL);
-    VkPipelineExecutableStatisticKHR *statistics = vw_allocate(count, sizeof *statistics);
-    if (!statistics) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count; i++) statistics[i].sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR;
-    if (!result) result = vkGetPipelineExecutableStatisticsKHR(gpu->device, &executable, &count, statistics);
-    enum vw_status status = VW_OK;
-    if (!result && count) {
-        char *line = vw_statistics_format(statistics, count);
-        status = add_line(gpu, name, role, line);
-        free(line);
-    }
-    free(statistics);
-    return result ? vw_gpu_fail(result, "vkGetPipelineExecutableStatisticsKHR", name) : status;
-}
-
-const char *vw_gpu_pipeline_statistics(const struct vw_gpu *gpu) {
-    return gpu->statistics_text ? gpu->statistics_text : "";
-}
+#include "gpu/instance.h"
+#include "gpu/spirv.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
@@ -143,9 +83,7 @@ static enum vw_status compile(struct vw_gpu *gpu, struct vw_pipeline *pipeline) 
                                                  .pMapEntries = entries,
                                                  .dataSize = count * sizeof(uint32_t),
                                                  .pData = pipeline->constants};
-    const VkPipelineCreateFlags statistics = gpu->has_statistics ? VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR : 0;
     const VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                              .flags = statistics,
                                               .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
                                                         .stage = VK_SHADER_STAGE_COMPUTE_BIT,
                                                         .module = module,
@@ -187,7 +125,6 @@ static enum vw_status create(struct vw_gpu *gpu, const struct vw_pass_params *pa
     if (!status) status = create_set_layout(gpu, spirv, made);
     if (!status) status = create_layout(gpu, spirv, made);
     if (!status) status = compile(gpu, made);
-    if (!status) status = collect_statistics(gpu, made->handle, made->shader->name, params->role);
     if (status) destroy(gpu, made);
     else *pipeline = made;
     return status;
@@ -232,3 +169,95 @@ uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu) {
 }
 
 double vw_gpu_pipeline_s(const struct vw_gpu *gpu) { return gpu->pipeline_s; }
+
+// ---- The cache of compiled shaders ---------------------------------------------------------------------------------
+
+enum { HASH_BYTES = 32, CACHE_BYTES_MAX = 256 << 20 };
+
+static const char *vector_width(void) {
+    const char *width = getenv("LP_NATIVE_VECTOR_WIDTH");
+    return width ? width : "";
+}
+
+void vw_shader_cache_separate_widths(void) {
+    const char *width = vector_width();
+    char name[32];
+    if (!*width || width[strspn(width, "0123456789")] || strlen(width) > 4 || getenv("MESA_SHADER_CACHE_DIR")) return;
+    snprintf(name, sizeof name, "mesa-%s", width);
+    char *path = vw_cache_folder(name);
+    if (path) setenv("MESA_SHADER_CACHE_DIR", path, 1);
+    free(path);
+}
+
+// Names the file for this device, driver and vector width.
+static void name_file(struct vw_gpu *gpu) {
+    VkPhysicalDeviceProperties device;
+    struct vw_hasher hasher;
+    uint8_t hash[HASH_BYTES];
+    char hex[VW_HASH_HEX_BYTES];
+    vkGetPhysicalDeviceProperties(gpu->chosen.physical, &device);
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_integer(&hasher, device.vendorID);
+    vw_hasher_add_integer(&hasher, device.deviceID);
+    vw_hasher_add_integer(&hasher, device.driverVersion);
+    vw_hasher_add_bytes(&hasher, device.pipelineCacheUUID, sizeof device.pipelineCacheUUID);
+    vw_hasher_add_text(&hasher, vector_width());
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, hex);
+    snprintf(gpu->pipeline_cache_name, sizeof gpu->pipeline_cache_name, "pipelines-%.16s.bin", hex);
+}
+
+// Reads a SHA-256 and the data that it covers: drivers do not check the data that they load.
+static void read_file(struct vw_gpu *gpu, void **file, size_t *data_bytes) {
+    size_t size_bytes = 0;
+    *data_bytes = 0;
+    if (!vw_cache_read(gpu->pipeline_cache_name, CACHE_BYTES_MAX, file, &size_bytes) || size_bytes < HASH_BYTES) return;
+    uint8_t hash[HASH_BYTES];
+    vw_sha256((uint8_t *)*file + HASH_BYTES, size_bytes - HASH_BYTES, hash);
+    if (memcmp(*file, hash, HASH_BYTES)) return;
+    memcpy(gpu->pipeline_cache_hash, hash, HASH_BYTES);
+    *data_bytes = size_bytes - HASH_BYTES;
+}
+
+enum vw_status vw_shader_cache_open(struct vw_gpu *gpu) {
+    void *file = NULL;
+    size_t data_bytes;
+    name_file(gpu);
+    read_file(gpu, &file, &data_bytes);
+    VkPipelineCacheCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO,
+                                      .initialDataSize = data_bytes,
+                                      .pInitialData = data_bytes ? (uint8_t *)file + HASH_BYTES : NULL};
+    VkResult result = vkCreatePipelineCache(gpu->device, &info, NULL, &gpu->pipeline_cache);
+    if (result && data_bytes) { // a driver may refuse what it once gave
+        info.initialDataSize = 0;
+        result = vkCreatePipelineCache(gpu->device, &info, NULL, &gpu->pipeline_cache);
+    }
+    free(file);
+    return result ? vw_gpu_fail(result, "vkCreatePipelineCache", gpu->chosen.info.name) : VW_OK;
+}
+
+// Returns the file's bytes; NULL when there is nothing new.
+static uint8_t *make_file(struct vw_gpu *gpu, size_t *size_bytes) {
+    size_t data_bytes = 0;
+    if (vkGetPipelineCacheData(gpu->device, gpu->pipeline_cache, &data_bytes, NULL) || !data_bytes ||
+        data_bytes > CACHE_BYTES_MAX)
+        return NULL;
+    uint8_t *file = vw_allocate(HASH_BYTES + data_bytes, 1);
+    if (file && !vkGetPipelineCacheData(gpu->device, gpu->pipeline_cache, &data_bytes, file + HASH_BYTES)) {
+        vw_sha256(file + HASH_BYTES, data_bytes, file);
+        *size_bytes = HASH_BYTES + data_bytes;
+        if (memcmp(file, gpu->pipeline_cache_hash, HASH_BYTES)) return file;
+    }
+    free(file);
+    return NULL;
+}
+
+void vw_shader_cache_close(struct vw_gpu *gpu) {
+    struct vw_saved_error why = vw_error_save(); // the device may be closing because something failed
+    size_t size_bytes = 0;
+    uint8_t *file = gpu->pipeline_cache ? make_file(gpu, &size_bytes) : NULL;
+    if (file) vw_cache_write(gpu->pipeline_cache_name, file, size_bytes);
+    vkDestroyPipelineCache(gpu->device, gpu->pipeline_cache, NULL);
+    free(file);
+    vw_error_restore(&why);
+}

@@ -24,8 +24,17 @@ void vw_pipelines_destroy(struct vw_gpu *gpu); // when no pass is left
 
 VkDescriptorType vw_descriptor_type(const struct vw_spirv_slot *slot);
 
-// Returns the statistics of the driver on a pipeline it made (registers, spills, instructions:
-// VK_KHR_pipeline_executable_properties) as "name value; name value", owned by the caller; NULL when memory is short.
-char *vw_statistics_format(const VkPipelineExecutableStatisticKHR *statistics, uint32_t count);
+// ---- The cache of compiled shaders ---------------------------------------------------------------------------------
+
+// Gives each vector width a cache folder; call it before the loader is used. Mesa keeps its compiled CPU code by shader
+// and processor, but not by LP_NATIVE_VECTOR_WIDTH, which changes the code. Does nothing unless that is set and
+// MESA_SHADER_CACHE_DIR is not.
+void vw_shader_cache_separate_widths(void);
+
+// Opens gpu->pipeline_cache from $XDG_CACHE_HOME/viewworth (or ~/.cache/viewworth), by device, driver and vector width.
+// A file that is missing or damaged gives an empty cache; so does a system without such a folder.
+enum vw_status vw_shader_cache_open(struct vw_gpu *gpu);
+// Keeps what was compiled, where that is new. No cache is worth an error: what cannot be written is compiled again.
+void vw_shader_cache_close(struct vw_gpu *gpu);
 
 #endif

@@ -5,18 +5,15 @@
 #include "gpu/compute.h"
 #include "gpu/instance.h"
 #include "gpu/limits.h"
-#include "gpu/result.h"
 #include "viewworth/types.h"
 
 struct vw_gpu {
     struct vw_instance instance;
     VkDevice device;
     VkQueue queue;
-    struct vw_candidate chosen; // with the limits clamped
+    struct vw_device_candidate chosen; // with the limits clamped
     VkPhysicalDeviceMemoryProperties memory;
     bool timers_wanted;
-    bool has_statistics;   // pipelines are made with them
-    char *statistics_text; // owned; NULL: none so far
     double wait_limit_s;
     bool hung;                  // see transfer.h
     struct vw_gpu *hung_before; // list of hung devices, which are never freed
@@ -27,7 +24,7 @@ struct vw_gpu {
     VkCommandBuffer transfer;          // for copies that the host waits for
     VkFence transfer_fence;            // signalled when they are done
     struct vw_buffer *staging;         // made at the first such copy
-    VkDescriptorSetLayout push_layout; // layout of the set of push blocks (pushes.h)
+    VkDescriptorSetLayout push_layout; // layout of the set of push blocks
     uint64_t buffer_bytes;             // sum over all live buffers
     uint64_t destroyed;                // how many passes and buffers were: another may have their address
     uint64_t stage;                    // the newest one given out
@@ -40,5 +37,12 @@ struct vw_gpu {
     size_t timer_count;
     size_t timer_capacity;
 };
+
+// Returns VW_OK, or VW_ERROR_DEVICE once validation has complained.
+enum vw_status vw_gpu_check_validation(struct vw_gpu *gpu);
+void vw_gpu_set_name(struct vw_gpu *gpu, VkObjectType type, uint64_t handle, const char *name);
+// Creates and destroys what the push blocks of all submissions share, gpu->push_layout (submission.c).
+enum vw_status vw_pushes_open(struct vw_gpu *gpu);
+void vw_pushes_close(struct vw_gpu *gpu);
 
 #endif

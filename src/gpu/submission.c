@@ -1,13 +1,88 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/buffer.h"
 #include "gpu/command_list.h"
-#include "gpu/debug.h"
-#include "gpu/pushes.h"
+#include "gpu/instance.h"
 #include "gpu/transfer.h"
+
+// ---- Push blocks ---------------------------------------------------------------------------------------------------
+
+// The values that PUSH of shaders/common.glsl declares, one block for each dispatch. They are in a buffer that the
+// submission owns and its commands bind, so that other values need no other commands.
+struct pushes {
+    struct vw_buffer *buffer; // owned; NULL: nothing was pushed yet
+    VkDescriptorPool pool;
+    VkDescriptorSet set;
+};
+
+enum { BUFFER_BYTES_LEAST = 256 }; // it doubles, since another buffer voids what all submissions have recorded
+
+enum vw_status vw_pushes_open(struct vw_gpu *gpu) {
+    const VkDescriptorSetLayoutBinding block = {.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC,
+                                                .descriptorCount = 1,
+                                                .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
+    const VkDescriptorSetLayoutCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = 1, .pBindings = &block};
+    VkResult result = vkCreateDescriptorSetLayout(gpu->device, &info, NULL, &gpu->push_layout);
+    return result ? vw_gpu_fail(result, "vkCreateDescriptorSetLayout", "push blocks") : VW_OK;
+}
+
+void vw_pushes_close(struct vw_gpu *gpu) { vkDestroyDescriptorSetLayout(gpu->device, gpu->push_layout, NULL); }
+
+static enum vw_status create_pushes(struct vw_gpu *gpu, struct pushes *pushes) {
+    const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                             .maxSets = 1,
+                                             .poolSizeCount = 1,
+                                             .pPoolSizes =
+                                                 &(VkDescriptorPoolSize){VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, 1}};
+    VkResult result = vkCreateDescriptorPool(gpu->device, &pool, NULL, &pushes->pool);
+    if (result) return vw_gpu_fail(result, "vkCreateDescriptorPool", "push blocks");
+    const VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                             .descriptorPool = pushes->pool,
+                                             .descriptorSetCount = 1,
+                                             .pSetLayouts = &gpu->push_layout};
+    result = vkAllocateDescriptorSets(gpu->device, &set, &pushes->set);
+    return result ? vw_gpu_fail(result, "vkAllocateDescriptorSets", "push blocks") : VW_OK;
+}
+
+static void destroy_pushes(struct vw_gpu *gpu, struct pushes *pushes) {
+    if (!gpu->hung) vkDestroyDescriptorPool(gpu->device, pushes->pool, NULL);
+    vw_buffer_destroy(&pushes->buffer);
+}
+
+// Makes room: whatever block a dispatch binds, its range is as long as the largest one.
+static enum vw_status reserve_pushes(struct vw_gpu *gpu, struct pushes *pushes, size_t size_bytes) {
+    struct vw_buffer_params params = {
+        .name = "push blocks", .size_bytes = BUFFER_BYTES_LEAST, .memory = VW_BUFFER_SHARED};
+    while (params.size_bytes < size_bytes + VW_PUSH_BYTES_MAX) params.size_bytes *= 2;
+    if (pushes->buffer && vw_buffer_size_bytes(pushes->buffer) >= params.size_bytes) return VW_OK;
+    vw_buffer_destroy(&pushes->buffer);
+    enum vw_status status = vw_buffer_create(gpu, &params, &pushes->buffer);
+    if (status) return status;
+    const VkDescriptorBufferInfo range = {pushes->buffer->handle, 0, VW_PUSH_BYTES_MAX};
+    const VkWriteDescriptorSet write = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                        .dstSet = pushes->set,
+                                        .descriptorCount = 1,
+                                        .descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC,
+                                        .pBufferInfo = &range};
+    vkUpdateDescriptorSets(gpu->device, 1, &write, 0, NULL);
+    return VW_OK;
+}
+
+// Copies the blocks to where the device reads them, which no submission in flight may do. When they need another
+// buffer, the one before is destroyed, so that gpu->destroyed says that commands which bind it are void.
+static enum vw_status write_pushes(struct vw_gpu *gpu, struct pushes *pushes, const void *blocks, size_t size_bytes) {
+    if (!size_bytes) return VW_OK;
+    enum vw_status status = reserve_pushes(gpu, pushes, size_bytes);
+    if (!status) memcpy(vw_buffer_map(pushes->buffer), blocks, size_bytes);
+    return status;
+}
+
+// ---- The submission ------------------------------------------------------------------------------------------------
 
 struct vw_submission {
     struct vw_gpu *gpu;
@@ -17,7 +92,7 @@ struct vw_submission {
     struct vw_submission_timer timer;
     bool in_flight;
     struct vw_command_list list;
-    struct vw_pushes pushes;
+    struct pushes pushes;
     bool recorded;      // `commands` are those that the list wrote last
     uint64_t destroyed; // that of the device when they were recorded
     uint64_t recordings;
@@ -205,7 +280,7 @@ enum vw_status vw_submission_submit(struct vw_submission *submission) {
     }
     if (!good) return vw_fail(submission->status, "%s", submission->message);
     const struct vw_command_list *list = &submission->list;
-    enum vw_status status = vw_pushes_write(submission->gpu, &submission->pushes, list->pushes, list->push_bytes);
+    enum vw_status status = write_pushes(submission->gpu, &submission->pushes, list->pushes, list->push_bytes);
     if (!status && !is_recorded(submission)) status = record(submission);
     return status ? status : submit(submission);
 }
@@ -243,7 +318,7 @@ enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **s
     if (!made) return VW_ERROR_MEMORY;
     made->gpu = gpu;
     enum vw_status status = create_commands(made);
-    if (!status) status = vw_pushes_create(gpu, &made->pushes);
+    if (!status) status = create_pushes(gpu, &made->pushes);
     if (!status) status = vw_submission_timer_create(gpu, &made->timer);
     if (status) {
         vw_submission_destroy(&made);
@@ -264,7 +339,7 @@ void vw_submission_destroy(struct vw_submission **submission) {
         vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
         vw_submission_timer_destroy(dying->gpu, &dying->timer);
     }
-    vw_pushes_destroy(dying->gpu, &dying->pushes);
+    destroy_pushes(dying->gpu, &dying->pushes);
     vw_command_list_free(&dying->list);
     free(dying);
     *submission = NULL;

@@ -66,7 +66,7 @@ double vw_luminance_of(const float rgb[3]);
 // Returns that of a pixel; transparent pixels are over `background` (RGB). Same limits.
 double vw_image_luminance(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float background[3]);
 
-// ---- luminance.c ----
+// ---- Luminance ----
 
 // Measures of a photo's luminance as stored.
 struct vw_luminance {
@@ -80,7 +80,7 @@ struct vw_luminance {
 enum vw_status vw_image_measure_luminance(const struct vw_image *image, const float background[3],
                                           struct vw_luminance *luminance);
 
-// ---- ssim.c ----
+// ---- SSIM (ssim.c) ----
 
 // The structural similarity index (SSIM) of two images: Wang, Bovik, Sheikh and Simoncelli, "Image quality assessment:
 // from error visibility to structural similarity", IEEE Transactions on Image Processing 13 (4), 2004. As published:

@@ -8,7 +8,7 @@
 
 #include "base/json.h"
 #include "base/memory.h"
-#include "scene/val_weights.h"
+#include "scene/splits_file.h"
 #include "viewworth/log.h"
 
 bool vw_find_gpu_file(const char *folder, char *path, size_t path_bytes) {

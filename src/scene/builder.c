@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/inside.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -114,7 +115,54 @@ struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *na
     return found;
 }
 
-// ---- Files ----
+// ---- Tables --------------------------------------------------------------------------------------------------------
+
+static const size_t TABLE_LIMIT_BYTES = (size_t)1 << 26;
+
+enum vw_status vw_scene_refuse_name(const char *path, uint32_t line, const char *name) {
+    return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them", path,
+                   line, name);
+}
+
+static enum vw_status read_header(const struct vw_csv *csv, const char *column) {
+    if (csv->field_count == 2 && !strcmp(csv->fields[0], "name") && !strcmp(csv->fields[1], column)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s:%u: the header must be name,%s; add it", csv->path, csv->line, column);
+}
+
+// Finds the view of a row and marks it in `named`, which has an entry per view.
+static enum vw_status read_name(const struct vw_scene *scene, const struct vw_csv *csv, const char *column, bool *named,
+                                struct vw_view **view) {
+    if (csv->field_count != 2)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: there must be two fields; write name,%s", csv->path, csv->line, column);
+    *view = vw_scene_find_named(scene, csv->fields[0]);
+    if (!*view) return vw_scene_refuse_name(csv->path, csv->line, csv->fields[0]);
+    bool *before = &named[*view - scene->views];
+    if (*before)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a %s already; keep one row of it", csv->path, csv->line,
+                       csv->fields[0], column);
+    *before = true;
+    return VW_OK;
+}
+
+enum vw_status vw_scene_table_read(const struct vw_scene *scene, const char *path, const char *column,
+                                   vw_scene_row_taker *take, void *context) {
+    struct vw_csv csv;
+    struct vw_view *view = NULL;
+    bool found = false, *named = vw_allocate(scene->view_count, sizeof *named);
+    if (!named) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_csv_open(path, TABLE_LIMIT_BYTES, &csv);
+    if (!status) status = vw_csv_next(&csv, &found);
+    if (!status) status = read_header(&csv, column);
+    while (!status && !(status = vw_csv_next(&csv, &found)) && found) {
+        status = read_name(scene, &csv, column, named, &view);
+        if (!status) status = take(context, &csv, view);
+    }
+    vw_csv_close(&csv);
+    free(named);
+    return status;
+}
+
+// ---- Files ---------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_scene_file_open(const char *folder, const char *path, int *descriptor) {
     if (!folder) return vw_file_open(path, descriptor);
@@ -142,9 +190,49 @@ enum vw_status vw_scene_file_check(const char *folder, const char *path) {
     return status;
 }
 
+enum vw_status vw_scene_file_hash(const char *folder, const char *path, uint8_t sha256[VW_HASH_BYTES]) {
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
+    if (status) return status;
+    status = vw_sha256_descriptor(descriptor, path, sha256);
+    close(descriptor);
+    return status;
+}
+
 enum vw_status vw_scene_photo_probe(const struct vw_scene_builder *builder, const char *path,
                                     struct vw_image_header *header) {
     int descriptor = -1;
     enum vw_status status = vw_scene_file_open(builder->folder, path, &descriptor);
     return status ? status : vw_image_probe(path, descriptor, header);
+}
+
+// ---- Files beside photos -------------------------------------------------------------------------------------------
+
+// Finds the last "/images/" in the part of the path below the folder; NULL: none.
+static const char *find_images_folder(const char *folder, const char *image_path) {
+    const char *found = NULL, *next = image_path + strlen(folder) - (*folder && folder[strlen(folder) - 1] == '/');
+    while ((next = strstr(next, "/images/"))) found = next++;
+    return found;
+}
+
+enum vw_status vw_scene_find_beside(const char *folder, const char *image_path, const char *place, const char *ending,
+                                    bool same_name, char **path) {
+    const char *images = find_images_folder(folder, image_path);
+    if (!images) return VW_OK;
+    const char *name = images + strlen("/images/"), *dot = strrchr(name, '.');
+    int place_length = (int)(images - image_path), stem_length = (int)(dot ? dot - name : (long)strlen(name));
+    char *const candidates[] = {
+        vw_format_text("%.*s/%s/%s", place_length, image_path, place, name),
+        vw_format_text("%.*s/%s/%s%s", place_length, image_path, place, name, ending),
+        vw_format_text("%.*s/%s/%.*s%s", place_length, image_path, place, stem_length, name, ending),
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = same_name ? 0 : 1; i < VW_ARRAY_COUNT(candidates); i++) {
+        if (!candidates[i]) status = VW_ERROR_MEMORY;
+        if (status || *path || !vw_file_exists(candidates[i])) continue;
+        status = vw_scene_file_check(folder, candidates[i]);
+        if (!status && !(*path = vw_copy_text(candidates[i]))) status = VW_ERROR_MEMORY;
+    }
+    for (size_t i = 0; i < VW_ARRAY_COUNT(candidates); i++) free(candidates[i]);
+    return status;
 }

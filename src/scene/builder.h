@@ -4,7 +4,10 @@
 #define VIEWWORTH_SCENE_BUILDER_H
 
 #include <stddef.h>
+#include <stdint.h>
 
+#include "base/csv.h"
+#include "image/image.h"
 #include "image/pixel.h"
 #include "scene/name_index.h"
 #include "viewworth/scene.h"
@@ -58,9 +61,16 @@ struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *nam
 // Finds a name in a user's list, which may omit the folder of the photos, as in a COLMAP model, or all folders if only
 // one view has that file name.
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name);
+// Returns VW_ERROR_INPUT: a line of a list has a name that the scene does not have.
+enum vw_status vw_scene_refuse_name(const char *path, uint32_t line, const char *name);
+// Called with every row of a table of photos: the view that its first field names, and that no row before has named.
+typedef enum vw_status vw_scene_row_taker(void *context, const struct vw_csv *csv, struct vw_view *view);
+// Reads a CSV file with the header name,COLUMN, as that of providers. VW_ERROR_INPUT names file and line.
+enum vw_status vw_scene_table_read(const struct vw_scene *scene, const char *path, const char *column,
+                                   vw_scene_row_taker *take, void *context);
 
 // Takes the points of a COLMAP model beside another scene file, if the model's cameras are those of the scene
-// (sfm_evidence.c).
+// (formats/colmap.c).
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);
 // Decides the splits: by lists or splits.json, otherwise by the loader, otherwise by every eighth view (split.c).
 enum vw_status vw_splits_assign(struct vw_scene_builder *builder);
@@ -68,7 +78,7 @@ enum vw_status vw_splits_assign(struct vw_scene_builder *builder);
 enum vw_status vw_splits_count(const char *path, struct vw_scene *scene);
 // Moves added photos that are near-duplicates of a validation or test photo to its split (splits_file.c). Needs pixels.
 enum vw_status vw_splits_join_duplicates(struct vw_scene_builder *builder);
-// Reads the weights of validation photos; without a file those of splits.json stay, or 1 (val_weights.c).
+// Reads the weights of validation photos; without a file those of splits.json stay, or 1 (splits_file.c).
 enum vw_status vw_val_weights_settle(const struct vw_scene_builder *builder);
 // Copies a provider's name without the spaces around it (providers.c). VW_ERROR_INPUT, without a place, when it has
 // characters that cannot be seen.
@@ -80,10 +90,11 @@ enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
 enum vw_status vw_photos_read(struct vw_scene_builder *builder);
 // Finds and hashes the files of features beside the photos (features.c).
 enum vw_status vw_features_find(struct vw_scene_builder *builder);
-// Corrupts params->corrupt train photos and sets every view's ground_truth (synthetic/injected_corruption.c).
+// Corrupts params->corrupt train photos and sets every view's ground_truth (synthetic/corruption.c).
 enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct vw_scene *scene);
-// Hashes everything that training depends on (scene_hash.c).
-void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]);
+// Sets scene->points_tell_exposures, which splits and points decide, and makes room for the estimate (exposures.c).
+enum vw_status vw_scene_prepare_exposures(struct vw_scene *scene);
+void vw_scene_forget_exposures(struct vw_scene *scene); // when the scene is closed
 
 // ---- Files: nothing outside the scene folder is read, and what is checked is what is read, by one descriptor ----
 
@@ -96,6 +107,7 @@ enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t l
                                   size_t *size_bytes);
 // Checks that a file can be opened, so that an error is known before any work is done.
 enum vw_status vw_scene_file_check(const char *folder, const char *path);
+enum vw_status vw_scene_file_hash(const char *folder, const char *path, uint8_t sha256[VW_HASH_BYTES]);
 // Opens a photo of the scene and reads its header.
 enum vw_status vw_scene_photo_probe(const struct vw_scene_builder *builder, const char *path,
                                     struct vw_image_header *header);
@@ -121,6 +133,8 @@ enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t heig
 
 // Computes the unit quaternion w x y z of a pose's rotation.
 void vw_pose_quaternion(const double pose[3][4], double quaternion[4]);
+// Returns the determinant of the first three numbers of the rows x, y and z.
+double vw_determinant(const double *x, const double *y, const double *z);
 
 // Sets near_world and far_world of every view from the depths (along its axis) of the points that it sees: their 0.1
 // and 99.9 percentiles, interpolated, as in NeRF-W. 0, 0 if a view sees too few points.
@@ -139,5 +153,25 @@ struct vw_ngp_box {
 enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_scene *scene);
 // Returns the point closest to all optical axes if it is in front of most cameras, otherwise the centre of the box.
 void vw_bounds_focus(const struct vw_scene *scene, double focus_world[3]);
+
+// ---- Masks ---------------------------------------------------------------------------------------------------------
+
+// The pixels of a photo that are used (photo.c). White keeps, black hides. A mask pixel is white if its brightness
+// (times its alpha, if it has one) is at least one half.
+//
+// A mask has the photo's size or an exact multiple or fraction of it: each photo pixel uses the mask pixel at its
+// centre. With --downscale, a pixel is kept if every photo pixel that it covers is kept.
+
+// Reads the header of a mask of the scene folder and checks that it fits a photo of this size.
+enum vw_status vw_mask_probe(const char *folder, const char *path, uint32_t photo_width_px, uint32_t photo_height_px,
+                             struct vw_image_header *header);
+// Makes the mask of a photo of this size with --downscale from the file that was read, whose `path` is for messages: a
+// byte per pixel, VW_MASK_HIDE or VW_MASK_KEEP, owned by the caller. VW_ERROR_INPUT if it hides everything.
+enum vw_status vw_mask_make(const char *path, const struct vw_image *file, uint32_t photo_width_px,
+                            uint32_t photo_height_px, uint32_t downscale, uint8_t **mask);
+
+// Marks pixels without a ray in the lens model (the dark corners of a circular fisheye, and pixels beyond the fold of
+// a polynomial) in the view's mask (creates it if there is none) and counts them. The mask has the size of the camera.
+enum vw_status vw_lens_mask(struct vw_view *view, uint64_t *hidden_count);
 
 #endif

@@ -275,6 +275,10 @@ enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t heig
 
 // ---- Rotations ----
 
+double vw_determinant(const double *x, const double *y, const double *z) {
+    return x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
+}
+
 // Takes the quaternion from the greatest of its four numbers, which loses no digits (Shepperd).
 void vw_pose_quaternion(const double pose[3][4], double quaternion[4]) {
     double squares[4] = {1 + pose[0][0] + pose[1][1] + pose[2][2]}; // four times those of the numbers

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/hash.h"
 #include "base/memory.h"
@@ -33,15 +32,6 @@ struct vw_features {
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
 
-static enum vw_status hash_file(const struct vw_scene_builder *builder, struct vw_scene_builder_photo *photo) {
-    int descriptor = -1;
-    enum vw_status status = vw_scene_file_open(builder->folder, photo->features_path, &descriptor);
-    if (status) return status;
-    status = vw_sha256_descriptor(descriptor, photo->features_path, photo->features_sha256);
-    close(descriptor);
-    return status;
-}
-
 enum vw_status vw_features_find(struct vw_scene_builder *builder) {
     static const char *const endings[] = {".npy", ".exr"}; // the latter is refused when it is read, not overlooked
     enum vw_status status = VW_OK;
@@ -53,7 +43,8 @@ enum vw_status vw_features_find(struct vw_scene_builder *builder) {
             status = vw_scene_find_beside(builder->folder, photo->image_path, "features", endings[i], false,
                                           &photo->features_path);
         if (status || !photo->features_path) continue;
-        if (!builder->params->headers_only) status = hash_file(builder, photo);
+        if (!builder->params->headers_only)
+            status = vw_scene_file_hash(builder->folder, photo->features_path, photo->features_sha256);
         found++;
     }
     if (status || !found) return status;

@@ -9,8 +9,6 @@
 #include "base/memory.h"
 #include "scene/builder.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
-
 // ---- One name -------------------------------------------------------------------------------------------------------
 
 // Returns whether a character shows what it is: no control or format character, no space but the plain one, none that
@@ -126,46 +124,27 @@ static enum vw_status check_alike(const char *path, const struct vw_scene *scene
 
 // ---- The file -------------------------------------------------------------------------------------------------------
 
-static enum vw_status read_header(const struct vw_csv *csv) {
-    if (csv->field_count == 2 && !strcmp(csv->fields[0], "name") && !strcmp(csv->fields[1], "provider")) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s:%u: the header must be name,provider; add it", csv->path, csv->line);
-}
+struct reading {
+    const struct vw_scene *scene;
+    uint32_t *lines; // line of each view's provider
+};
 
-static enum vw_status read_provider(const struct vw_csv *csv, struct vw_scene *scene, uint32_t *lines) {
-    if (csv->field_count != 2)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: there must be two fields; write name,provider", csv->path, csv->line);
-    const char *name = csv->fields[0];
-    struct vw_view *view = vw_scene_find_named(scene, name);
-    if (!view)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them",
-                       csv->path, csv->line, name);
-    if (*view->provider)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line,
-                       name);
+static enum vw_status take_provider(void *context, const struct vw_csv *csv, struct vw_view *view) {
+    const struct reading *reading = context;
     char *provider = NULL;
     enum vw_status status = vw_provider_name_take(csv->fields[1], &provider);
     if (status) return vw_fail_context(status, "%s:%u", csv->path, csv->line);
     free(view->provider);
     view->provider = provider;
-    lines[view - scene->views] = csv->line;
+    reading->lines[view - reading->scene->views] = csv->line;
     return VW_OK;
-}
-
-static enum vw_status read_rows(const char *path, struct vw_scene *scene, uint32_t *lines) {
-    struct vw_csv csv;
-    bool found = false;
-    enum vw_status status = vw_csv_open(path, FILE_LIMIT_BYTES, &csv);
-    if (!status) status = vw_csv_next(&csv, &found);
-    if (!status) status = read_header(&csv);
-    while (!status && !(status = vw_csv_next(&csv, &found)) && found) status = read_provider(&csv, scene, lines);
-    vw_csv_close(&csv);
-    return status;
 }
 
 enum vw_status vw_providers_read(const char *path, struct vw_scene *scene) {
     uint32_t *lines = vw_allocate(scene->view_count, sizeof *lines);
     if (!lines) return VW_ERROR_MEMORY;
-    enum vw_status status = path ? read_rows(path, scene, lines) : VW_OK;
+    struct reading reading = {scene, lines};
+    enum vw_status status = path ? vw_scene_table_read(scene, path, "provider", take_provider, &reading) : VW_OK;
     if (!status) status = check_alike(path ? path : scene->path, scene, lines);
     free(lines);
     return status;

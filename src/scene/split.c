@@ -25,9 +25,7 @@ enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split s
 static enum vw_status claim(const struct vw_scene *scene, const char *path, int line, const char *name,
                             enum vw_split split, uint8_t *claims) {
     const struct vw_view *view = vw_scene_find_named(scene, name);
-    if (!view)
-        return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not in the scene; write names as the scene file spells them", path,
-                       line, name);
+    if (!view) return vw_scene_refuse_name(path, (uint32_t)line, name);
     uint8_t *by = &claims[view - scene->views];
     if (*by && *by != 1 + split)
         return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is in two splits, %s and %s; keep it in one list", path, line, name,

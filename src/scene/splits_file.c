@@ -1,15 +1,18 @@
 #include "scene/splits_file.h"
 
+#include <ctype.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "base/csv.h"
 #include "base/file.h"
 #include "base/json.h"
-#include "base/json_reader.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "scene/builder.h"
 #include "scene/duplicates.h"
-#include "scene/val_weights.h"
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
@@ -158,4 +161,65 @@ enum vw_status vw_splits_file_make(const struct vw_scene *scene, char **text) {
     *text = vw_json_to_text(root, JSON_INDENT(2));
     json_decref(root);
     return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the splits of the scene");
+}
+
+// ---- Weights of validation photos ----------------------------------------------------------------------------------
+
+static enum vw_status take_weight(void *context, const struct vw_csv *csv, struct vw_view *view) {
+    (void)context;
+    const char *name = csv->fields[0], *text = csv->fields[1];
+    char *end = NULL;
+    double weight = isspace((unsigned char)*text) || strpbrk(text, "xX") ? NAN : strtod(text, &end);
+    if (view->split != VW_SPLIT_VAL)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s:%u: %s is in the split %s, and only validation photos have weights; remove "
+                       "the row, or move the photo by --val or --splits",
+                       csv->path, csv->line, name, vw_split_name(view->split));
+    if (!vw_text_is_clean(name))
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: the photo's name is not UTF-8; rename it to give it a weight", csv->path,
+                       csv->line);
+    if (!end || end == text || *end || !vw_val_weight_is_valid(weight))
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: \"%s\" is not a weight; write 0, or a number from 0.001 to 1000",
+                       csv->path, csv->line, text);
+    view->weight = weight;
+    return VW_OK;
+}
+
+// Brings equal weights to 1, since the scene is then the same as without them.
+static void level(struct vw_scene *scene, double weight) {
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_VAL && scene->views[v].weight != weight) return;
+    for (uint32_t v = 0; v < scene->view_count; v++) scene->views[v].weight = 1;
+}
+
+enum vw_status vw_val_weights_settle(const struct vw_scene_builder *builder) {
+    const char *path = builder->params->val_weights;
+    struct vw_scene *scene = builder->scene;
+    double most = 0;
+    for (uint32_t v = 0; path && v < scene->view_count; v++) scene->views[v].weight = 1;
+    enum vw_status status = path ? vw_scene_table_read(scene, path, "weight", take_weight, NULL) : VW_OK;
+    if (status || !scene->split_count[VW_SPLIT_VAL]) return status;
+    if (!path) path = builder->params->splits;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_VAL && scene->views[v].weight > most) most = scene->views[v].weight;
+    if (!(most > 0))
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: all validation photos of the scene have weight 0; give one a weight above 0", path);
+    level(scene, most);
+    return vw_scene_has_weights(scene) ? vw_scene_note(scene, "validation photos are weighted by %s", path) : VW_OK;
+}
+
+bool vw_scene_has_weights(const struct vw_scene *scene) {
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_VAL && scene->views[v].weight != 1) return true;
+    return false;
+}
+
+void vw_scene_add_weights(const struct vw_scene *scene, json_t **object) {
+    if (!vw_scene_has_weights(scene)) return;
+    json_t *weights = json_object();
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_VAL && scene->views[v].weight != 1)
+            vw_json_set(&weights, scene->views[v].name, json_real(scene->views[v].weight));
+    vw_json_set(object, "weights", weights);
 }

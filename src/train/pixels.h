@@ -7,7 +7,7 @@
 #include "viewworth/scene.h"
 
 // Points are sparse: surfaces lie somewhat nearer and farther than the points of a view say. A tenth of the depth on
-// either side is more than the 6 % of a view's depth range that its points may miss (scene/depths.c), and costs little
+// either side is more than the 6 % of a view's depth range that its points may miss (scene/bounds.c), and costs little
 // sampling.
 #define PIXELS_NEAR_MARGIN 0.9
 #define PIXELS_FAR_MARGIN 1.1

@@ -1,12 +1,11 @@
 // Our training step and our validation, timed: steps with and without validation take turns, so that what else the
-// machine does meets both alike. Without settings this is the yardstick's workload (tests/benchmark/native_step.c): 500
-// rays x 32 samples, 8 levels x 2 features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense
-// Adam with beta1 0.9, spherical harmonics up to band 2, and a validation of 2048 rays. Prints one line of names and
-// figures; times are medians per step and training, memory is the most there was; host_ms is the CPU time of the thread
-// that records, draws and reads, pipelines_ms the time in which the driver compiled all pipelines. A driver that runs
-// the device's work on CPUs does so in threads of its own (lavapipe starts one for each queue), so that it does not
-// count. host_bound_percent is the share of submissions at which the device had nothing left to do: it waited for the
-// host.
+// machine does meets both alike. Without settings this is the reference workload: 500 rays x 32 samples, 8 levels x 2
+// features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense Adam with beta1 0.9, spherical
+// harmonics up to band 2, and a validation of 2048 rays. Prints one line of names and figures; times are medians per
+// step and training, memory is the most there was; host_ms is the CPU time of the thread that records, draws and reads,
+// pipelines_ms the time in which the driver compiled all pipelines. A driver that runs the device's work on CPUs does
+// so in threads of its own (lavapipe starts one for each queue), so that it does not count. host_bound_percent is the
+// share of submissions at which the device had nothing left to do: it waited for the host.
 // --host splits host_ms, without what hands records out, and says how many submissions were recorded. --profile prints
 // the time of every pass, and beside it that of one workgroup alone and of an empty pass.
 //
@@ -514,7 +513,7 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
 static enum vw_status run(const struct setup *setup) {
     struct vw_scene *scene = setup->real.path ? NULL : synthetic_scene(&setup->scene);
     struct vw_gpu *gpu = NULL;
-    const struct vw_gpu_params params = {.timers = setup->profile || setup->describe, .statistics = setup->pipelines};
+    const struct vw_gpu_params params = {.timers = setup->profile || setup->describe};
     enum vw_status status = setup->real.path ? vw_scene_open(&setup->real, &scene) : VW_OK;
     if (status == VW_OK && setup->real.path) status = vw_scene_decode_all(scene);
     if (status == VW_OK) status = vw_gpu_open(&params, &gpu);
@@ -525,7 +524,6 @@ static enum vw_status run(const struct setup *setup) {
                  : setup->host      ? print_host(gpu, scene, setup)
                  : setup->occupancy ? print_occupancy(gpu, scene, setup)
                                     : measure(gpu, scene, setup);
-    if (status == VW_OK && setup->pipelines) fputs(vw_gpu_pipeline_statistics(gpu), stdout);
     vw_scene_close(&scene);
     enum vw_status closed = vw_gpu_close(&gpu);
     return status != VW_OK ? status : closed;

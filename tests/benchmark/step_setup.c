@@ -10,7 +10,7 @@
 #include "train/shared_submissions.h"
 
 static const char USAGE[] =
-    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
+    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--bits |\n"
     "       --describe | --host | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
@@ -59,7 +59,6 @@ static void choose_splats(struct setup *setup) {
 
 static bool set_flag(struct setup *setup, const char *word) {
     if (!strcmp(word, "--profile")) setup->profile = true;
-    else if (!strcmp(word, "--pipelines")) setup->pipelines = true;
     else if (!strcmp(word, "--bits")) setup->bits = true;
     else if (!strcmp(word, "--describe")) setup->describe = true;
     else if (!strcmp(word, "--host")) setup->host = true;

@@ -18,7 +18,6 @@ struct setup {
     uint32_t chunk_samples, slice_samples, slice_parts, ray_lanes, grid_texel, rows_texel, skip_zeros, draws_pixels,
         resubmits, scatter;
     bool profile;   // also prints the time of every pass
-    bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
     bool describe;  // only the device
     bool host;      // only what a step takes of the host

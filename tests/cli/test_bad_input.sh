@@ -96,6 +96,9 @@ mkdir -p "$folder/bare" "$folder/taken/images"
 write_photo "$folder/bare/0.png"
 write_photo "$folder/taken/images/0.png"
 refused "photos without poses" 'bare: .*photos without poses; .*colmap .* --image_path [^ ]*/bare, or ns-process-data images' "$folder/bare"
+refused "a photo" 'bare/0.png: is not a scene; give the folder of a scene' "$folder/bare/0.png"
+touch "$folder/bare/poses_bounds.npy"
+refused "poses of LLFF" 'poses_bounds.npy is not read; add sparse/0' "$folder/bare"
 refused "photos without poses in images/" ' --image_path [^ ]*/taken/images, or' "$folder/taken"
 
 # ---- Photos ---------------------------------------------------------------------------------------------------------------

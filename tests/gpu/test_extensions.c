@@ -1,9 +1,8 @@
 // Choice of the extensions to enable, from lists as loaders and drivers of other systems offer them.
 #include "support/cmocka_test.h"
 
-#include "gpu/extensions.h"
+#include "gpu/instance.h"
 #include "gpu/limits.h"
-#include "gpu/pipeline.h"
 
 static const VkExtensionProperties of_linux[] = {{VK_EXT_DEBUG_UTILS_EXTENSION_NAME, 2}, {"VK_KHR_surface", 25}},
                                    of_apple[] = {{"VK_KHR_surface", 25},
@@ -18,12 +17,12 @@ static bool has(const struct vw_extension_choice *choice, const char *name) {
 
 TEST(what_is_not_offered_is_not_enabled) {
     assert_int_equal(vw_extensions_of_instance(NULL, 0, false).count, 0);
-    assert_int_equal(vw_extensions_of_device(NULL, 0, true).count, 0);
+    assert_int_equal(vw_extensions_of_device(NULL, 0).count, 0);
     const struct vw_extension_choice choice = vw_extensions_of_instance(of_linux, 2, false);
     assert_int_equal(choice.count, 1);
     assert_true(choice.debug_utils && has(&choice, VK_EXT_DEBUG_UTILS_EXTENSION_NAME));
     assert_int_equal(choice.instance_flags, 0);
-    assert_int_equal(vw_extensions_of_device(of_linux, 2, true).count, 0);
+    assert_int_equal(vw_extensions_of_device(of_linux, 2).count, 0);
 }
 
 TEST(portability_is_enabled_with_its_flag) {
@@ -34,28 +33,9 @@ TEST(portability_is_enabled_with_its_flag) {
         assert_int_equal(choice.debug_utils, validation); // which the layer offers
         assert_int_equal(has(&choice, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME), validation);
     }
-    const struct vw_extension_choice device = vw_extensions_of_device(of_moltenvk, 2, true);
+    const struct vw_extension_choice device = vw_extensions_of_device(of_moltenvk, 2);
     assert_int_equal(device.count, 1);
     assert_string_equal(device.names[0], "VK_KHR_portability_subset");
-}
-
-TEST(statistics_are_enabled_where_asked_for) {
-    static const VkExtensionProperties of_mesa[] = {{VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME, 1}};
-    assert_int_equal(vw_extensions_of_device(of_mesa, 1, false).count, 0);
-    const struct vw_extension_choice choice = vw_extensions_of_device(of_mesa, 1, true);
-    assert_true(choice.statistics && choice.count == 1);
-}
-
-TEST(statistics_are_a_line) {
-    const VkPipelineExecutableStatisticKHR statistics[] = {
-        {.name = "Registers", .format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_UINT64_KHR, .value.u64 = 64},
-        {.name = "Balance", .format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR, .value.i64 = -2},
-        {.name = "Spills", .format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_BOOL32_KHR, .value.b32 = VK_FALSE},
-        {.name = "Occupancy", .format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_FLOAT64_KHR, .value.f64 = 0.5},
-    };
-    char *line = vw_statistics_format(statistics, 4);
-    assert_string_equal(line, "Registers 64; Balance -2; Spills no; Occupancy 0.5");
-    free(line);
 }
 
 TEST(moltenvk_that_sizes_arrays_wrongly_is_refused) {

@@ -2,8 +2,8 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "gpu/instance.h"
 #include "gpu/limits.h"
-#include "gpu/result.h"
 #include "support/gpu_fixture.h"
 
 #include "count_atomically.h"

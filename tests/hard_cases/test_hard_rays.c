@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 #include "hard_cases/hard_step.h"
-#include "scene/mask.h"
+#include "scene/builder.h"
 #include "train/pixels.h"
 
 static const double NEAR_EDGES = 0.02; // distance in generate_rays' contract: nothing nearer to the camera is seen

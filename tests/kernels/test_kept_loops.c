@@ -3,8 +3,8 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "gpu/shader_controls.h"
 #include "gpu/shaders.h"
+#include "gpu/spirv.h"
 #include "kernels/checks/check.h"
 #include "support/gpu_fixture.h"
 

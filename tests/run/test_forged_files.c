@@ -2,7 +2,7 @@
 // change no result. label: once
 #include "support/ledger_chain.h"
 
-#include "run/recorded/render_view.h"
+#include "run/recorded/render.h"
 #include "run/recorded/scored_run.h"
 #include "run/run_private.h"
 #include "run/verify/verify.h"

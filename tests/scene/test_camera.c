@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "scene/mask.h"
+#include "scene/builder.h"
 #include "viewworth/scene.h"
 
 static const struct vw_camera plain = {

@@ -5,7 +5,7 @@
 #include <pthread.h>
 
 #include "base/memory.h"
-#include "scene/exposures/exposures.h"
+#include "scene/builder.h"
 #include "support/draws.h"
 #include "support/exposed_scene.h"
 #include "support/synthetic_scene.h"
@@ -398,7 +398,7 @@ TEST(points_tell_where_half_of_the_photos_share_eight) {
             for (uint32_t t = 0; t < cases[i].view_count; t++)
                 scene->tracks[scene->points[p].first_track + t].view = cases[i].views[t] + p / 8 * cases[i].later;
         }
-        ASSERT_OK(vw_scene_ask_points_for_exposures(scene));
+        ASSERT_OK(vw_scene_prepare_exposures(scene));
         if (scene->points_tell_exposures != cases[i].tells) fail_msg("case %zu", i);
     }
 }

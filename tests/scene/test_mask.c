@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "image/image.h"
-#include "scene/mask.h"
+#include "scene/builder.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "train/pixels.h"

@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "scene/exposures/exposures.h"
+#include "scene/builder.h"
 #include "support/draws.h"
 #include "support/synthetic_scene.h"
 
@@ -69,11 +69,11 @@ struct vw_scene *exposed_scene(struct exposed_scene_params params) {
             if (!params.seen_by || view >= EXPOSED_TRAINS || after < params.seen_by) show(scene, p, view, &params);
         }
     }
-    ASSERT_OK(vw_scene_ask_points_for_exposures(scene));
+    ASSERT_OK(vw_scene_prepare_exposures(scene));
     return scene;
 }
 
 void scene_forget_points(struct vw_scene *scene) {
     scene->point_count = scene->track_count = 0;
-    ASSERT_OK(vw_scene_ask_points_for_exposures(scene));
+    ASSERT_OK(vw_scene_prepare_exposures(scene));
 }

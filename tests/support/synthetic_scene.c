@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "base/memory.h"
+#include "scene/builder.h"
 #include "support/gpu_fixture.h"
 #include "support/tiny_scene.h"
 
@@ -76,6 +77,7 @@ struct vw_scene *synthetic_scene(const struct synthetic_scene_params *params) {
     for (int i = 0; i < 3; i++) scene->background[i] = params->alpha ? 1.0f : 0.0f;
     scene->has_alpha = params->alpha;
     vw_sha256(params, sizeof *params, scene->hash);
+    ASSERT_OK(vw_scene_prepare_exposures(scene));
     return test_own_scene(scene);
 }
 

@@ -1,7 +1,6 @@
+#include "run/recorded/render.h"
 #include "cli/commands/commands.h"
 #include "cli/output/print.h"
-#include "run/recorded/render_path.h"
-#include "run/recorded/render_view.h"
 
 static json_t *to_json(const struct vw_rendered_view *rendered) {
     return json_pack("{s:s, s:s, s:o, s:s}", "view", rendered->view, "split", vw_split_name(rendered->split), "psnr_db",

@@ -10,7 +10,7 @@
 #include "cli/output/results.h"
 #include "detect/effects_text.h"
 #include "run/plan/accuracy_levels.h"
-#include "scene/val_weights.h"
+#include "scene/splits_file.h"
 
 static const double LOW_AGREEMENT = 0.5; // ranks by one half of the validation photos with those by the other
 

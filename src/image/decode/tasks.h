@@ -33,7 +33,7 @@ bool vw_worker_run(const struct vw_decoder_order *order, bool without_seccomp);
 // Receives bytes and at most one descriptor; `*descriptor` is unchanged when none came. What recvmsg() returns.
 ssize_t vw_worker_receive(int socket, void *data, size_t size_bytes, int *descriptor);
 
-// ---- The confinement of a worker (confine.c) ----
+// ---- The confinement of a worker ----
 
 struct vw_confinement {
     uint64_t memory_bytes;    // address space beyond what the process has now

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "run/next/candidates.h"
 #include "run/next/farthest.h"
@@ -9,7 +10,8 @@
 #include "run/next/proposal_files.h"
 #include "run/next/reasons.h"
 #include "run/out_folder.h"
-#include "run/recorded/rendering.h"
+#include "run/out_lock.h"
+#include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
 
@@ -69,7 +71,7 @@ enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next 
     struct vw_out_lock *lock = NULL;
     *next = (struct vw_next){0};
     enum vw_status status = vw_out_check_target("to", params->to, params->out, true);
-    if (!status) status = vw_rendering_lock(params->out, NULL, &lock);
+    if (!status && vw_folder_exists(params->out)) status = vw_out_lock_take(params->out, &lock);
     if (!status) status = make_locked(params, next);
     vw_out_lock_release(&lock);
     return status;

@@ -16,7 +16,7 @@
 #include "run/next/reasons.h"
 #include "run/out_files.h"
 #include "scene/camera_path.h"
-#include "scene/formats/cameras_ply.h"
+#include "scene/formats/ply.h"
 #include "scene/formats/transforms.h"
 #include "train/trainer.h"
 

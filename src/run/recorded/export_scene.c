@@ -11,8 +11,7 @@
 #include "run/out_folder.h"
 #include "run/out_lock.h"
 #include "run/recorded/recorded_run.h"
-#include "scene/formats/cameras_ply.h"
-#include "scene/formats/points_ply.h"
+#include "scene/formats/ply.h"
 #include "scene/formats/transforms.h"
 #include "viewworth/value.h"
 

@@ -242,3 +242,180 @@ void colmap_builder_clear(struct colmap_builder *builder) {
     free(builder->image_ids);
     free(builder->point_ids);
 }
+
+// ---- Camera models -------------------------------------------------------------------------------------------------
+
+// COLMAP's camera models and their params as fields of struct vw_camera.
+enum { SIDE_PX_MAX = 1 << 30 };
+static const double NUMBER_LIMIT = VW_FOCAL_MOST_PX; // for every param, as in transforms.json
+
+#define FIELD(name)                                                                                                    \
+    { #name, offsetof(struct vw_camera, name) }
+#define SINGLE_FOCAL FIELD(focal_x_px), FIELD(centre_x_px), FIELD(centre_y_px)
+#define TWO_FOCALS FIELD(focal_x_px), FIELD(focal_y_px), FIELD(centre_x_px), FIELD(centre_y_px)
+
+// Models with a single focal length leave focal_y_px 0. The index in this table is COLMAP's number of the model.
+static const struct colmap_camera_model {
+    const char *name;
+    uint32_t param_count; // 0: not supported
+    enum vw_lens lens;
+    struct {
+        const char *name;
+        size_t offset;
+    } params[COLMAP_PARAMS_MAX];
+} models[] = {
+    {"SIMPLE_PINHOLE", 3, VW_LENS_POLYNOMIAL, {SINGLE_FOCAL}},
+    {"PINHOLE", 4, VW_LENS_POLYNOMIAL, {TWO_FOCALS}},
+    {"SIMPLE_RADIAL", 4, VW_LENS_POLYNOMIAL, {SINGLE_FOCAL, FIELD(k1)}},
+    {"RADIAL", 5, VW_LENS_POLYNOMIAL, {SINGLE_FOCAL, FIELD(k1), FIELD(k2)}},
+    {"OPENCV", 8, VW_LENS_POLYNOMIAL, {TWO_FOCALS, FIELD(k1), FIELD(k2), FIELD(p1), FIELD(p2)}},
+    {"OPENCV_FISHEYE", 8, VW_LENS_FISHEYE, {TWO_FOCALS, FIELD(k1), FIELD(k2), FIELD(k3), FIELD(k4)}},
+    {"FULL_OPENCV",
+     12,
+     VW_LENS_POLYNOMIAL,
+     {TWO_FOCALS, FIELD(k1), FIELD(k2), FIELD(p1), FIELD(p2), FIELD(k3), FIELD(k4), FIELD(k5), FIELD(k6)}},
+    {.name = "FOV"},
+    {.name = "SIMPLE_RADIAL_FISHEYE"},
+    {.name = "RADIAL_FISHEYE"},
+    {.name = "THIN_PRISM_FISHEYE"},
+};
+
+static const char REMEDY[] =
+    "undistort the photos (colmap image_undistorter) or choose SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, "
+    "OPENCV, OPENCV_FISHEYE or FULL_OPENCV";
+
+static enum vw_status check_supported(uint32_t camera, const struct colmap_camera_model *candidate,
+                                      const struct colmap_camera_model **model) {
+    if (!candidate->param_count)
+        return vw_fail(VW_ERROR_INPUT, "camera %u: model %s is not supported; %s", camera, candidate->name, REMEDY);
+    *model = candidate;
+    return VW_OK;
+}
+
+enum vw_status colmap_camera_model_by_id(uint32_t camera, int32_t id, const struct colmap_camera_model **model) {
+    if (id >= 0 && id < (int32_t)VW_ARRAY_COUNT(models)) return check_supported(camera, &models[id], model);
+    return vw_fail(VW_ERROR_INPUT, "camera %u: model number %d is not supported; %s", camera, id, REMEDY);
+}
+
+enum vw_status colmap_camera_model_by_name(uint32_t camera, const char *name,
+                                           const struct colmap_camera_model **model) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(models); i++)
+        if (!strcmp(models[i].name, name)) return check_supported(camera, &models[i], model);
+    return vw_fail(VW_ERROR_INPUT, "camera %u: model %.64s is not supported; %s", camera, name, REMEDY);
+}
+
+uint32_t colmap_camera_param_count(const struct colmap_camera_model *model) { return model->param_count; }
+
+enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_model *model, uint64_t width_px,
+                                  uint64_t height_px, const double params[COLMAP_PARAMS_MAX], struct vw_camera *made) {
+    if (!width_px || !height_px || width_px > SIDE_PX_MAX || height_px > SIDE_PX_MAX)
+        return vw_fail(VW_ERROR_INPUT,
+                       "camera %u: fields width and height are %llu and %llu; they must be from 1 to %d", camera,
+                       (unsigned long long)width_px, (unsigned long long)height_px, SIDE_PX_MAX);
+    struct vw_camera result = {.width_px = (uint32_t)width_px, .height_px = (uint32_t)height_px, .lens = model->lens};
+    for (uint32_t i = 0; i < model->param_count; i++) {
+        bool focal = !strncmp(model->params[i].name, "focal", 5);
+        if (!(fabs(params[i]) <= NUMBER_LIMIT) || (focal && params[i] < VW_FOCAL_LEAST_PX))
+            return vw_fail(VW_ERROR_INPUT, "camera %u: field %s is %g; it must be a finite number %s and at most %g",
+                           camera, model->params[i].name, params[i], focal ? "from 0.001" : "in size", NUMBER_LIMIT);
+        memcpy((char *)&result + model->params[i].offset, &params[i], sizeof params[i]);
+    }
+    if (result.focal_y_px == 0) result.focal_y_px = result.focal_x_px;
+    *made = result;
+    return VW_OK;
+}
+
+uint32_t colmap_camera_params(const struct vw_camera *camera, int32_t *id, double params[COLMAP_PARAMS_MAX]) {
+    for (*id = 0; *id < (int32_t)VW_ARRAY_COUNT(models); ++*id) {
+        const struct colmap_camera_model *model = &models[*id];
+        struct vw_camera made = {.width_px = camera->width_px, .height_px = camera->height_px, .lens = model->lens};
+        for (uint32_t i = 0; i < model->param_count; i++) {
+            memcpy(&params[i], (const char *)camera + model->params[i].offset, sizeof params[i]);
+            memcpy((char *)&made + model->params[i].offset, &params[i], sizeof params[i]);
+        }
+        if (made.focal_y_px == 0) made.focal_y_px = made.focal_x_px;
+        if (vw_camera_same(&made, camera)) return model->param_count;
+    }
+    return 0; // not reached: FULL_OPENCV and OPENCV_FISHEYE have all that scenes have
+}
+
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+// Finds a COLMAP model and reads its three files.
+static const char *const folders[] = {"sparse/0", "sparse", "dense/sparse/0", "dense/sparse"};
+static const char *const files[COLMAP_FILES] = {"cameras", "images", "points3D"};
+static const struct colmap_file_reader *const readers[] = {&colmap_binary_reader,
+                                                           &colmap_text_reader}; // in the order in which they are tried
+
+static bool has_file(const char *folder, const char *name, const char *extension) {
+    char *path = vw_format_text("%s/%s.%s", folder, name, extension);
+    bool exists = path && vw_file_exists(path);
+    free(path);
+    return exists;
+}
+
+static bool has_all_files(const char *folder, const char *extension) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(files); i++)
+        if (!has_file(folder, files[i], extension)) return false;
+    return true;
+}
+
+static bool looks_like_model(const char *folder) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(readers); i++)
+        if (has_file(folder, files[0], readers[i]->extension)) return true;
+    return false;
+}
+
+char *vw_colmap_find(const char *scene_folder) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(folders); i++) {
+        char *folder = vw_path_join(scene_folder, folders[i]);
+        if (!folder || looks_like_model(folder)) return folder;
+        free(folder);
+    }
+    return NULL;
+}
+
+static enum vw_status read_file(const char *model_folder, const struct colmap_file_reader *reader,
+                                enum colmap_file file, struct colmap_builder *builder) {
+    char *path = vw_format_text("%s/%s.%s", model_folder, files[file], reader->extension);
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = reader->read(path, file, builder);
+    free(path);
+    return status;
+}
+
+enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder, struct vw_colmap_model *model) {
+    const struct colmap_file_reader *reader = NULL;
+    for (size_t i = 0; !reader && i < VW_ARRAY_COUNT(readers); i++)
+        if (has_all_files(model_folder, readers[i]->extension)) reader = readers[i];
+    if (!reader)
+        return vw_fail(
+            VW_ERROR_INPUT,
+            "%s: the COLMAP model is not complete; put cameras, images and points3D there, all .bin or all .txt",
+            model_folder);
+    struct vw_colmap_model read = {0};
+    struct colmap_builder builder = {.model = &read, .scene_folder = scene_folder};
+    enum vw_status status = VW_OK;
+    for (enum colmap_file file = 0; !status && file < COLMAP_FILES; file++)
+        status = read_file(model_folder, reader, file, &builder);
+    colmap_builder_clear(&builder);
+    if (status) vw_colmap_clear(&read);
+    else *model = read;
+    return status;
+}
+
+void vw_colmap_clear(struct vw_colmap_model *model) {
+    for (size_t i = 0; i < model->image_count; i++) free(model->images[i].name);
+    vw_name_index_clear(&model->names);
+    free(model->cameras);
+    free(model->images);
+    free(model->features);
+    free(model->points);
+    free(model->tracks);
+    *model = (struct vw_colmap_model){0};
+}
+
+ptrdiff_t vw_colmap_find_image(const struct vw_colmap_model *model, const char *name) {
+    size_t place = 0;
+    return vw_name_index_find(&model->names, name, &place) ? (ptrdiff_t)place : -1;
+}

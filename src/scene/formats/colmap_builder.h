@@ -37,7 +37,7 @@ struct colmap_point_fields {
     uint8_t rgb[3];
 };
 
-// colmap_camera.c: the model with that number or name; refused if it is not supported. `camera` is the id for messages.
+// The model with that number or name; refused if it is not supported. `camera` is the id for messages.
 struct colmap_camera_model;
 enum vw_status colmap_camera_model_by_id(uint32_t camera, int32_t id, const struct colmap_camera_model **model);
 enum vw_status colmap_camera_model_by_name(uint32_t camera, const char *name, const struct colmap_camera_model **model);

@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "scene/builder.h"
 #include "scene/formats/colmap_builder.h"
-#include "scene/formats/points_ply.h"
+#include "scene/formats/ply.h"
 #include "scene/formats/scene_copy.h"
 
 // A point that an image shows.

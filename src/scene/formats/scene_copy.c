@@ -13,7 +13,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "scene/formats/points_ply.h"
+#include "scene/formats/ply.h"
 #include "scene/photo_source.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 32;

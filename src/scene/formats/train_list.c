@@ -12,19 +12,13 @@
 #include "scene/formats/nerfw_tsv.h"
 #include "scene/formats/transforms.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
-
 struct reading {
     const struct vw_scene *scene;
     const char *path;
     bool *chosen;          // per view
     uint32_t *passed_over; // photos that are not train photos
+    double least;          // the lowest score of a chosen photo
 };
-
-static enum vw_status refuse_unknown(const struct reading *reading, uint32_t line, const char *name) {
-    return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them",
-                   reading->path, line, name);
-}
 
 // Chooses a photo if it is a train photo.
 static void add_photo(const struct reading *reading, const struct vw_view *view) {
@@ -37,7 +31,7 @@ static void add_photo(const struct reading *reading, const struct vw_view *view)
 static enum vw_status add_name(void *context, int line, const char *name) {
     const struct reading *reading = context;
     const struct vw_view *view = vw_scene_find_named(reading->scene, name);
-    if (!view) return refuse_unknown(reading, (uint32_t)line, name);
+    if (!view) return vw_scene_refuse_name(reading->path, (uint32_t)line, name);
     if (view->split != VW_SPLIT_TRAIN)
         return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not a train photo, its split is %s; remove the line",
                        reading->path, line, name, vw_split_name(view->split));
@@ -101,48 +95,26 @@ static enum vw_status read_transforms(const struct reading *reading) {
 
 // ---- Scores ----
 
-static enum vw_status add_score(const struct reading *reading, const struct vw_csv *csv, double least, bool *scored) {
-    if (csv->field_count != 2)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: there must be two fields; write name,score", csv->path, csv->line);
-    const char *name = csv->fields[0];
-    const struct vw_view *view = vw_scene_find_named(reading->scene, name);
+static enum vw_status add_score(void *context, const struct vw_csv *csv, struct vw_view *view) {
+    const struct reading *reading = context;
     char *end = NULL;
     double score = strtod(csv->fields[1], &end);
-    if (!view) return refuse_unknown(reading, csv->line, name);
     if (end == csv->fields[1] || *end || !isfinite(score))
         return vw_fail(VW_ERROR_INPUT, "%s:%u: field score: \"%s\" is not a number; correct it", csv->path, csv->line,
                        csv->fields[1]);
-    if (scored[view - reading->scene->views])
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a score already; keep one row of it", csv->path, csv->line, name);
-    scored[view - reading->scene->views] = true;
-    if (score >= least) add_photo(reading, view);
+    if (score >= reading->least) add_photo(reading, view);
     else ++*reading->passed_over;
     return VW_OK;
 }
 
-static enum vw_status read_scores(const struct reading *reading, double least) {
-    struct vw_csv csv;
-    bool found = false, *scored = vw_allocate(reading->scene->view_count, sizeof *scored);
-    if (!scored) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_csv_open(reading->path, FILE_LIMIT_BYTES, &csv);
-    if (!status) status = vw_csv_next(&csv, &found);
-    if (!status &&
-        (!found || csv.field_count != 2 || strcmp(csv.fields[0], "name") != 0 || strcmp(csv.fields[1], "score") != 0))
-        status = vw_fail(VW_ERROR_INPUT, "%s:1: the header must be name,score; add it", reading->path);
-    while (!status && !(status = vw_csv_next(&csv, &found)) && found) status = add_score(reading, &csv, least, scored);
-    vw_csv_close(&csv);
-    free(scored);
-    return status;
-}
-
 enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path, const double *least, bool *chosen,
                                   uint32_t *passed_over) {
-    struct reading reading = {scene, path, chosen, passed_over};
+    struct reading reading = {scene, path, chosen, passed_over, least ? *least : 0};
     const char *extension = strrchr(path, '.');
     bool any = false;
     *passed_over = 0;
     enum vw_status status;
-    if (least) status = read_scores(&reading, *least);
+    if (least) status = vw_scene_table_read(scene, path, "score", add_score, &reading);
     else if (vw_tsv_has_header(NULL, path)) status = read_tsv(&reading);
     else if (extension && !strcasecmp(extension, ".json")) status = read_transforms(&reading);
     else status = read_names(&reading);

@@ -1,9 +1,14 @@
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/json.h"
 #include "base/memory.h"
 #include "scene/builder.h"
+#include "scene/formats/scene_copy.h"
 #include "scene/formats/transforms.h"
+#include "viewworth/log.h"
 
 // The keys of intrinsics: k1 to k6, then p1 and p2, follow K1.
 enum key { FL_X, FL_Y, FOV_X, FOV_Y, ANGLE_X, ANGLE_Y, CX, CY, WIDTH, HEIGHT, K1, P1 = K1 + 6, KEY_COUNT = P1 + 2 };
@@ -179,4 +184,166 @@ enum vw_status vw_transforms_camera(const char *where, const json_t *file, const
     *camera = combined;
     *rescaled = scale != 1;
     return VW_OK;
+}
+
+// ---- The pose ------------------------------------------------------------------------------------------------------
+
+static const double TOLERANCE = 1e-3; // poses are often written with few digits
+enum { POLAR_STEPS = 3 };             // errors from 1e-3: 1e-6, 1e-12, exact
+static const double POSITION_LIMIT_WORLD = VW_POSITION_MOST_WORLD;
+
+static enum vw_status read_matrix(const char *where, const json_t *value, double matrix[4][4]) {
+    size_t rows = json_array_size(value); // 0 for anything but an array
+    bool complete = rows == 3 || rows == 4;
+    for (size_t i = 0; complete && i < rows; i++) {
+        const json_t *row = json_array_get(value, i);
+        complete = json_array_size(row) == 4;
+        for (size_t j = 0; complete && j < 4; j++) {
+            complete = json_is_number(json_array_get(row, j));
+            matrix[i][j] = json_number_value(json_array_get(row, j));
+        }
+    }
+    if (complete) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: field transform_matrix is missing or not 4 rows of 4 numbers; export the pose again", where);
+}
+
+// Returns the largest deviation of the columns, divided by `scale`, from orthonormality.
+static double distance_from_rotation(double m[4][4], double scale) {
+    double worst = 0;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            double product = 0;
+            for (int k = 0; k < 3; k++) product += m[k][i] / scale * (m[k][j] / scale);
+            worst = fmax(worst, fabs(product - (i == j)));
+        }
+    }
+    return worst;
+}
+
+// Replaces a matrix that is almost a rotation by the nearest rotation, by Newton's iteration for the polar
+// decomposition: R = (R + inverse transpose of R) / 2. Otherwise, the rounding of a matrix with few digits would
+// distort rays, and other exports of the same pose would give other rays.
+static void make_rotation(double m[4][4], double scale) {
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) m[i][j] /= scale;
+    for (int step = 0; step < POLAR_STEPS; step++) {
+        double cofactors[3][3], divisor = vw_determinant(m[0], m[1], m[2]);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) {
+                int below = (i + 1) % 3, last = (i + 2) % 3, right = (j + 1) % 3, end = (j + 2) % 3;
+                cofactors[i][j] = m[below][right] * m[last][end] - m[below][end] * m[last][right];
+            }
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) m[i][j] = 0.5 * (m[i][j] + cofactors[i][j] / divisor);
+    }
+}
+
+static enum vw_status check_matrix(const char *where, const char *field, double m[4][4], double *scale) {
+    const double last_row[4] = {0, 0, 0, 1};
+    for (int j = 0; j < 4; j++)
+        if (fabs(m[3][j] - last_row[j]) > TOLERANCE)
+            return vw_fail(VW_ERROR_INPUT, "%s: %s: last row is not 0 0 0 1; give camera to world", where, field);
+    for (int i = 0; i < 3; i++)
+        if (!(fabs(m[i][3]) <= POSITION_LIMIT_WORLD))
+            return vw_fail(VW_ERROR_INPUT, "%s: %s: position %g is beyond %g; correct the pose", where, field, m[i][3],
+                           POSITION_LIMIT_WORLD);
+    *scale = cbrt(vw_determinant(m[0], m[1], m[2]));
+    if (*scale < 0)
+        return vw_fail(VW_ERROR_INPUT, "%s: %s: mirrored (negative determinant); give right-handed OpenGL axes", where,
+                       field);
+    if (!(*scale > 0 && isfinite(*scale)) || !(distance_from_rotation(m, *scale) <= TOLERANCE))
+        return vw_fail(VW_ERROR_INPUT, "%s: %s: its 3 x 3 part is not a rotation; export the pose again", where, field);
+    return VW_OK;
+}
+
+enum vw_status vw_pose_of_matrix(const char *where, const char *field, double matrix[4][4],
+                                 double camera_to_world[3][4]) {
+    double scale = 1;
+    enum vw_status status = check_matrix(where, field, matrix, &scale);
+    if (status) return status;
+    make_rotation(matrix, scale);
+    memcpy(camera_to_world, matrix, 3 * sizeof matrix[0]);
+    return VW_OK;
+}
+
+enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double camera_to_world[3][4]) {
+    double matrix[4][4] = {[3] = {0, 0, 0, 1}};
+    enum vw_status status = read_matrix(where, json_object_get(frame, "transform_matrix"), matrix);
+    return status ? status : vw_pose_of_matrix(where, "field transform_matrix", matrix, camera_to_world);
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+// Writes transforms.json with nerfstudio's conventions, as transforms_json.c reads it.
+static const char *model_name(const struct vw_camera *camera) {
+    if (camera->lens == VW_LENS_FISHEYE) return "OPENCV_FISHEYE";
+    return camera->k4 != 0 || camera->k5 != 0 || camera->k6 != 0 ? "FULL_OPENCV" : "OPENCV";
+}
+
+static void set_camera(json_t **object, const struct vw_camera *camera) {
+    const struct {
+        const char *key;
+        double value;
+    } numbers[] = {{"fl_x", camera->focal_x_px}, {"fl_y", camera->focal_y_px}, {"cx", camera->centre_x_px},
+                   {"cy", camera->centre_y_px},  {"k1", camera->k1},           {"k2", camera->k2},
+                   {"k3", camera->k3},           {"p1", camera->p1},           {"p2", camera->p2},
+                   {"k4", camera->k4},           {"k5", camera->k5},           {"k6", camera->k6}};
+    vw_json_set(object, "camera_model", json_string(model_name(camera)));
+    vw_json_set(object, "w", json_integer(camera->width_px));
+    vw_json_set(object, "h", json_integer(camera->height_px));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++)
+        if (i < 4 || numbers[i].value != 0) vw_json_set(object, numbers[i].key, json_real(numbers[i].value));
+}
+
+json_t *vw_pose_to_json(const double camera_to_world[3][4]) {
+    json_t *rows = json_array();
+    for (int i = 0; i < 3; i++)
+        vw_json_append(&rows, json_pack("[ffff]", camera_to_world[i][0], camera_to_world[i][1], camera_to_world[i][2],
+                                        camera_to_world[i][3]));
+    vw_json_append(&rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
+    return rows;
+}
+
+// Warns if nerfstudio would read other lenses, or none.
+static void warn_of_lenses(const struct vw_scene *scene) {
+    const char *shared = model_name(&scene->views[0].camera);
+    bool fits = strcmp(shared, "FULL_OPENCV") != 0;
+    for (uint32_t v = 1; v < scene->view_count; v++) fits &= !strcmp(shared, model_name(&scene->views[v].camera));
+    if (!fits)
+        vw_log_warning("nerfstudio has no FULL_OPENCV and one camera_model for all photos; give it sparse/0 of the "
+                       "copy, not transforms.json");
+}
+
+json_t *vw_transforms_frame_to_json(const struct vw_view *view, const char *name, const char *mask, bool own_camera) {
+    json_t *frame =
+        json_pack("{s:s, s:o}", "file_path", name, "transform_matrix", vw_pose_to_json(view->camera_to_world));
+    if (mask) vw_json_set(&frame, "mask_path", json_string(mask));
+    if (own_camera) set_camera(&frame, &view->camera);
+    return frame;
+}
+
+enum vw_status vw_transforms_write(const struct vw_scene *scene, char *const *masks, const char *folder) {
+    json_t *file = json_object(), *frames = json_array(), *splits[VW_SPLIT_EXCLUDED];
+    bool shared = true;
+    for (uint32_t v = 1; v < scene->view_count; v++)
+        shared &= vw_camera_same(&scene->views[0].camera, &scene->views[v].camera);
+    for (enum vw_split split = 0; split < VW_SPLIT_EXCLUDED; split++) splits[split] = json_array();
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        char *name = vw_format_text("images/%s", scene->views[v].name);
+        vw_json_append(&frames, name ? vw_transforms_frame_to_json(&scene->views[v], name, masks[v], !shared) : NULL);
+        vw_json_append(&splits[scene->views[v].split], name ? json_string(name) : NULL);
+        free(name);
+    }
+    if (shared) set_camera(&file, &scene->views[0].camera);
+    else vw_json_set(&file, "camera_model", json_string(model_name(&scene->views[0].camera)));
+    if (scene->point_count) vw_json_set(&file, "ply_file_path", json_string("points.ply"));
+    for (enum vw_split split = 0; split < VW_SPLIT_EXCLUDED; split++)
+        vw_json_set(&file, vw_transforms_split_key(split), splits[split]);
+    vw_json_set(&file, "frames", frames);
+    char *path = vw_path_join(folder, "transforms.json");
+    warn_of_lenses(scene);
+    enum vw_status status = vw_json_write_file(path, file);
+    free(path);
+    return status;
 }

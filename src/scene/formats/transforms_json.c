@@ -91,7 +91,7 @@ bool vw_transforms_is_scene_file(const char *name) {
 }
 
 bool vw_transforms_probe(const char *path) {
-    if (!vw_folder_exists(path)) return vw_file_exists(path);
+    if (!vw_folder_exists(path)) return vw_file_exists(path) && vw_path_ends_with(path, ".json");
     for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++)
         if (has_file(path, split_files[i])) return true;
     return has_file(path, "transforms.json");

@@ -1,6 +1,6 @@
 // The effect `appearance`: photos differ in exposure and white balance. Each train photo has a gain and a bias per
 // channel, by which training corrects it (shaders/effects/appearance/appearance.glsl). Points of structure from motion
-// give them before the first step (scene/exposures/exposures.c), and nothing moves them. In a scene without points,
+// give them before the first step (scene/exposures.c), and nothing moves them. In a scene without points,
 // shaders/effects/appearance/fit_photo.comp fits them at every visit. Validation fits a gain and a bias of its own to
 // each view (shaders/effects/appearance/fit_views.comp), and rendering uses none.
 #include <string.h>

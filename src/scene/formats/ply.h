@@ -1,12 +1,18 @@
-// Cameras as pyramids in PLY files, and the colours of their ranks.
-#ifndef VIEWWORTH_SCENE_FORMATS_CAMERAS_PLY_H
-#define VIEWWORTH_SCENE_FORMATS_CAMERAS_PLY_H
+// Points and cameras as PLY files.
+#ifndef VIEWWORTH_SCENE_FORMATS_PLY_H
+#define VIEWWORTH_SCENE_FORMATS_PLY_H
 
 #include <stdint.h>
 #include <stdio.h>
 
 #include "viewworth/scene.h"
 
+// Returns the channels of a point's colour as bytes.
+void vw_point_rgb(const struct vw_point *point, uint32_t rgb[3]);
+// Prints the points of a struct vw_scene: a vw_csv_printer.
+void vw_ply_print_points(FILE *stream, const void *scene);
+
+// A camera as a pyramid, in the colour of its rank.
 struct vw_camera_pyramid {
     const struct vw_view *view; // borrowed; its camera and camera_to_world
     uint32_t rgb[3];

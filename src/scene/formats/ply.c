@@ -1,9 +1,31 @@
-#include "scene/formats/cameras_ply.h"
+#include "scene/formats/ply.h"
 
 #include <math.h>
 
 #include "base/csv.h"
-#include "scene/formats/points_ply.h"
+
+static const char vertex_properties[] = "property double x\nproperty double y\nproperty double z\n"
+                                        "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+
+static void print_vertex(FILE *stream, const double position[3], const uint32_t rgb[3]) {
+    vw_csv_print(stream, "r r r u u u\n", position[0], position[1], position[2], rgb[0], rgb[1], rgb[2]);
+}
+
+void vw_point_rgb(const struct vw_point *point, uint32_t rgb[3]) {
+    for (int c = 0; c < 3; c++) rgb[c] = (uint32_t)lroundf(255 * fminf(fmaxf(point->rgb[c], 0), 1));
+}
+
+void vw_ply_print_points(FILE *stream, const void *context) {
+    const struct vw_scene *scene = context;
+    fprintf(stream, "ply\nformat ascii 1.0\nelement vertex %u\n%send_header\n", scene->point_count, vertex_properties);
+    for (uint32_t i = 0; i < scene->point_count; i++) {
+        uint32_t rgb[3];
+        vw_point_rgb(&scene->points[i], rgb);
+        print_vertex(stream, scene->points[i].position_world, rgb);
+    }
+}
+
+// ---- Cameras -------------------------------------------------------------------------------------------------------
 
 static const double DEPTH_SHARE = 0.06; // the mean distance of cameras from their centre is 1
 
@@ -36,14 +58,14 @@ static void print_corner(FILE *stream, const struct vw_view *view, const int at[
         const double *row = view->camera_to_world[axis];
         world[axis] = row[3] + depth * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
     }
-    vw_ply_print_vertex(stream, world, rgb);
+    print_vertex(stream, world, rgb);
 }
 
 void vw_ply_print_cameras(FILE *stream, const void *context) {
     static const int corners[5][2] = {{0, 0}, {0, 0}, {1, 0}, {1, 1}, {0, 1}};
     static const uint32_t faces[6][3] = {{0, 2, 1}, {0, 3, 2}, {0, 4, 3}, {0, 1, 4}, {1, 2, 3}, {1, 3, 4}};
     const struct vw_camera_pyramids *cameras = context;
-    fprintf(stream, "ply\nformat ascii 1.0\nelement vertex %u\n%s", 5 * cameras->count, vw_ply_vertex_properties);
+    fprintf(stream, "ply\nformat ascii 1.0\nelement vertex %u\n%s", 5 * cameras->count, vertex_properties);
     fprintf(stream, "element face %u\nproperty list uchar int vertex_indices\nend_header\n", 6 * cameras->count);
     for (uint32_t i = 0; i < cameras->count; i++)
         for (int k = 0; k < 5; k++)
