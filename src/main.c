@@ -166,7 +166,7 @@ static const struct vw_command commands[] = {
      "scores of the others are.\n"
      "Times the steps of all configurations first, interleaved with the base, and prints how long the rest takes; a "
      "higher --downscale makes it shorter.\n"
-     "Writes to the --out folder: configurations/, tradeoff.db, retrainings.db, tradeoff.csv and report.html. Run "
+     "Writes to the --out folder: configurations/, measurements.json, tradeoff.csv and report.html. Run "
      "the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_TRADEOFF |
          VW_OPTIONS_JSON,

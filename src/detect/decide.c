@@ -5,10 +5,8 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "detect/facts.h"
-#include "detect/photometric.h"
+#include "detect/evidence.h"
 #include "detect/pilots.h"
-#include "detect/points.h"
 #include "train/effects/registry.h"
 #include "train/effects/wide_box.h"
 

@@ -1,7 +1,7 @@
 // The effects that a scene calls for.
 //
 // Facts come first: lenses, transparent pixels and mask files are read from the scene. Points of structure from motion
-// tell whether photos differ in exposure (photometric.h), and whether anything can lie beyond the box (points.h).
+// tell whether photos differ in exposure and whether anything can lie beyond the box (evidence.h).
 // Everything else is measured. The search begins with what is on by then. It makes paired pilots (pilots.h) with each
 // further effect that is possible beside these, adds the one whose gain has the highest lower bound if that bound lies
 // above the price of PRICE_DB, and begins again; with longer pilots for those in doubt, if none does. Where points do
@@ -23,6 +23,12 @@ enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scen
 // Finds only what files and points tell, with `effects` applied to it. May decode the train photos.
 enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *effects,
                                      struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+
+// Decides in the same way, with what pilots measured before on the same scene, device and version, kept in the user's
+// cache folder (decision_cache.c). Facts are always found anew.
+enum vw_status vw_effects_decide_cached(struct vw_gpu *gpu, const struct vw_scene *scene,
+                                        const struct vw_config *planned,
+                                        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
 
 // Returns whether the decision needs pilots.
 bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned);

@@ -4,12 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/clock.h"
-#include "base/memory.h"
 #include "base/statistics.h"
 #include "gpu/compute.h"
-#include "train/shared_submissions.h"
 #include "train/trainer.h"
+#include "train/training_pool.h"
 #include "train/validation/measure_views.h"
 
 enum {
@@ -81,16 +79,26 @@ const struct vw_pilot *vw_pilots_find(const struct vw_pilots *pilots, uint32_t s
     return NULL;
 }
 
-// ---- One training ---------------------------------------------------------------------------------------------------
+// ---- Trainings ------------------------------------------------------------------------------------------------------
 
 struct training {
     struct vw_pilot *pilot;
-    uint32_t fold; // also its seed
+    uint32_t fold;       // also its seed
+    uint32_t left;       // states to score
+    double timed_from_s; // its share of the time when the timed steps began; NaN: they have not
     struct vw_trainer *trainer;
 };
 
-static enum vw_status create_trainer(const struct vw_pilots *pilots, struct vw_submissions *submissions,
-                                     struct training *training) {
+// The trainings of a call.
+struct making {
+    const struct vw_pilots *pilots;
+    struct vw_training_device device;
+    struct training trainings[PILOTS_MAX * PILOT_FOLDS];
+    uint32_t count;
+};
+
+static enum vw_status create_trainer(const struct making *making, struct training *training) {
+    const struct vw_pilots *pilots = making->pilots;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     struct vw_config config = pilots->config;
     uint32_t count;
@@ -104,16 +112,8 @@ static enum vw_status create_trainer(const struct vw_pilots *pilots, struct vw_s
                                                          .train_view_count = pilots->folds[training->fold].train_count,
                                                          .effects = effects,
                                                          .effect_count = count,
-                                                         .submissions = submissions},
+                                                         .submissions = making->device.submissions},
                              &training->trainer);
-}
-
-static enum vw_status take_steps(struct vw_trainer *trainer) {
-    const struct vw_step_record *records;
-    uint32_t count = 1;
-    enum vw_status status = VW_OK;
-    while (!status && count > 0) status = vw_trainer_advance(trainer, &records, &count);
-    return status;
 }
 
 static double share_of_state(double mse) { return isfinite(mse) ? vw_psnr_db(mse) / SCORED_STATES : NAN; }
@@ -137,77 +137,84 @@ static enum vw_status score(const struct vw_pilots *pilots, const struct trainin
     return status;
 }
 
-// Times a few more steps, alone. On a CPU the time of all its cores is counted, which other load on the machine changes
-// less.
-static enum vw_status time_steps(const struct vw_pilots *pilots, const struct training *training) {
-    bool cpu = vw_gpu_get_info(pilots->gpu)->kind == VW_GPU_CPU;
-    double began_s = cpu ? vw_cpu_s() : vw_now_s();
-    vw_trainer_stop_after(training->trainer, pilots->steps + TIMED_STEPS);
-    enum vw_status status = take_steps(training->trainer);
-    double took_s = (cpu ? vw_cpu_s() : vw_now_s()) - began_s;
-    training->pilot->ms_per_step += 1e3 * took_s / TIMED_STEPS / PILOT_FOLDS;
+// Lets a training go to the next state that is scored, and after the last one to the end of a few steps that are timed.
+// Several late states are scored, since the very last one depends on the photos of its last few steps.
+static void release(const struct vw_pilots *pilots, const struct training *training) {
+    uint32_t left = training->left;
+    uint64_t before_end = left ? (uint64_t)(left - 1) * (pilots->steps / SCORED_EACH) : 0;
+    vw_trainer_stop_after(training->trainer, pilots->steps - before_end + (left ? 0 : TIMED_STEPS));
+}
+
+static enum vw_status begin(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer) {
+    struct making *making = context;
+    struct training *training = &making->trainings[seat->place];
+    (void)answer;
+    enum vw_status status = create_trainer(making, training);
+    if (!status) release(making->pilots, training);
     return status;
 }
 
-// ---- Several trainings ----------------------------------------------------------------------------------------------
+// Returns the training's share of the time. On a CPU the time of all its cores is counted, which other load on the
+// machine changes less.
+static double share_s(const struct vw_pilots *pilots, const struct vw_pool_seat *seat) {
+    return vw_gpu_get_info(pilots->gpu)->kind == VW_GPU_CPU ? seat->cpu_s : seat->wall_s;
+}
 
-// Runs a group and scores its last states, since the very last state depends on the photos of its last few steps.
-static enum vw_status run_group(const struct vw_pilots *pilots, struct training *group, uint32_t count) {
-    enum vw_status status = VW_OK;
-    for (uint32_t left = SCORED_STATES; left > 0 && !status; left--) {
-        uint64_t stop = pilots->steps - (uint64_t)(left - 1) * (pilots->steps / SCORED_EACH);
-        for (uint32_t i = 0; i < count; i++) vw_trainer_stop_after(group[i].trainer, stop);
-        for (uint32_t i = 0; i < count && !status; i++) status = take_steps(group[i].trainer);
-        for (uint32_t i = 0; i < count && !status; i++) status = score(pilots, &group[i]);
-    }
-    for (uint32_t i = 0; i < count && !status; i++) status = time_steps(pilots, &group[i]);
+static enum vw_status advance(void *context, const struct vw_pool_seat *seat, bool *ended) {
+    struct making *making = context;
+    struct training *training = &making->trainings[seat->place];
+    const struct vw_step_record *records;
+    uint32_t count;
+    if (!training->left && isnan(training->timed_from_s)) training->timed_from_s = share_s(making->pilots, seat);
+    enum vw_status status = vw_trainer_advance(training->trainer, &records, &count);
+    if (status || count > 0) return status;
+    *ended = !training->left;
+    if (*ended) return VW_OK;
+    status = score(making->pilots, training);
+    training->left--;
+    release(making->pilots, training);
     return status;
 }
 
 // Counts a trainer's bytes as those that it frees: the first one on a device also allocates memory that all share.
-static void close_group(struct vw_gpu *gpu, struct training *group, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        uint64_t before = vw_gpu_buffer_bytes(gpu);
-        vw_trainer_destroy(&group[i].trainer);
-        group[i].pilot->device_bytes = before - vw_gpu_buffer_bytes(gpu);
-    }
+static enum vw_status end(void *context, const struct vw_pool_seat *seat, enum vw_status status) {
+    struct making *making = context;
+    struct training *training = &making->trainings[seat->place];
+    double took_s = share_s(making->pilots, seat) - training->timed_from_s;
+    uint64_t before = vw_gpu_buffer_bytes(making->pilots->gpu);
+    vw_trainer_destroy(&training->trainer);
+    training->pilot->device_bytes = before - vw_gpu_buffer_bytes(making->pilots->gpu);
+    training->pilot->ms_per_step += 1e3 * took_s / TIMED_STEPS / PILOT_FOLDS;
+    return status;
 }
 
-// Takes as many trainings as the first one says that the device takes at a time.
-static enum vw_status make_group(const struct vw_pilots *pilots, struct training *trainings, uint32_t count,
-                                 uint32_t *taken) {
-    struct vw_submissions *submissions = NULL;
-    uint32_t created = 0, together = 1;
-    enum vw_status status = vw_submissions_create(pilots->gpu, &submissions);
-    while (created < count && created < together && !status) {
-        uint64_t before = vw_submissions_unshared_bytes(submissions, pilots->gpu);
-        status = create_trainer(pilots, submissions, &trainings[created]);
-        created += !status;
-        if (created == 1)
-            together = vw_trainers_together(vw_gpu_get_info(pilots->gpu),
-                                            vw_submissions_unshared_bytes(submissions, pilots->gpu) - before);
-    }
-    if (!status) status = run_group(pilots, trainings, created);
-    close_group(pilots->gpu, trainings, created);
-    vw_submissions_destroy(&submissions);
-    *taken = created;
+static enum vw_status run(struct making *making) {
+    const struct vw_training_pool pool = {.devices = &making->device,
+                                          .device_count = 1,
+                                          .begin = begin,
+                                          .advance = advance,
+                                          .end = end,
+                                          .context = making};
+    making->device.gpu = making->pilots->gpu;
+    enum vw_status status = vw_submissions_create(making->device.gpu, &making->device.submissions);
+    if (!status) status = vw_training_pool_run(&pool, making->count);
+    vw_submissions_destroy(&making->device.submissions);
     return status;
 }
 
 enum vw_status vw_pilots_make(struct vw_pilots *pilots, const uint32_t *sets, uint32_t count) {
-    struct training trainings[PILOTS_MAX * PILOT_FOLDS];
-    uint32_t wanted = 0, made = pilots->made_count;
+    struct making making = {.pilots = pilots};
+    uint32_t made = pilots->made_count;
     for (uint32_t i = 0; i < count; i++) {
         if (vw_pilots_find(pilots, sets[i])) continue;
         if (made == PILOTS_MAX) return vw_fail(VW_ERROR_USAGE, "more than %d pilots", PILOTS_MAX);
         pilots->made[made] = (struct vw_pilot){.effects = sets[i]};
         for (uint32_t fold = 0; fold < PILOT_FOLDS; fold++)
-            trainings[wanted++] = (struct training){.pilot = &pilots->made[made], .fold = fold};
+            making.trainings[making.count++] = (struct training){
+                .pilot = &pilots->made[made], .fold = fold, .left = SCORED_STATES, .timed_from_s = NAN};
         made++;
     }
-    enum vw_status status = VW_OK;
-    for (uint32_t done = 0, taken = 0; done < wanted && !status; done += taken)
-        status = make_group(pilots, trainings + done, wanted - done, &taken);
+    enum vw_status status = run(&making);
     if (!status) pilots->made_count = made;
     return status;
 }

@@ -10,7 +10,6 @@
 #include "run/out_folder.h"
 #include "run/run.h"
 #include "run/scoring.h"
-#include "run/together.h"
 #include "viewworth/log.h"
 
 static enum vw_status check_seeds(uint64_t first, uint64_t count) {
@@ -45,13 +44,14 @@ static enum vw_status check_ledger(const char *out, const char *folder) {
 
 struct member {
     struct group *group;
+    struct vw_run *run;
     bool over; // as it told by its progress
 };
 
 struct group {
     const struct vw_experiment_params *params;
     const struct vw_planned_run *runs;
-    struct member members[VW_SESSION_TRAININGS_MAX];
+    struct member *members; // owned; by run
 };
 
 // Shows the first run that is not over. Every run asks for the interrupt.
@@ -65,8 +65,7 @@ static bool report_progress(void *context, const struct vw_run_state *state) {
     return wanted && !vw_interrupt_requested(&params->interrupt);
 }
 
-static enum vw_status open_run(void *context, uint32_t place, uint32_t device, struct vw_run **run) {
-    struct group *group = context;
+static enum vw_status open_run(struct group *group, uint32_t place, uint32_t device, struct vw_run **run) {
     const struct vw_experiment_params *params = group->params;
     const struct vw_planned_run *planned = &group->runs[place];
     struct vw_config config = *params->config;
@@ -74,7 +73,6 @@ static enum vw_status open_run(void *context, uint32_t place, uint32_t device, s
     vw_config_settle_decay(&config); // for all runs alike, whether they are new or extended
     char *folder = vw_path_join(params->out, planned->folder);
     if (!folder) return VW_ERROR_MEMORY;
-    group->members[place] = (struct member){.group = group, .over = true}; // unless it opens
     const struct vw_run_params run_params = {.scene = planned->scene,
                                              .config = &config,
                                              .out = folder,
@@ -85,21 +83,49 @@ static enum vw_status open_run(void *context, uint32_t place, uint32_t device, s
     vw_log_info("%s", planned->what);
     enum vw_status status = check_ledger(params->out, planned->folder);
     if (!status) status = vw_run_open_in_session(&run_params, planned->session, device, run);
-    group->members[place].over = status;
     free(folder);
     return status;
 }
 
-static enum vw_status score_run(void *context, uint32_t place, enum vw_status stepped, struct vw_run *run) {
-    (void)context, (void)place;
-    return stepped ? VW_OK : vw_run_score(run);
+static enum vw_status end_run(void *context, const struct vw_pool_seat *seat, enum vw_status status) {
+    struct group *group = context;
+    struct member *member = &group->members[seat->place];
+    const struct vw_planned_run *planned = &group->runs[seat->place];
+    if (!status) status = vw_run_score(member->run);
+    vw_run_close(&member->run);
+    member->over = true;
+    if (planned->owns_scene) vw_scene_close(&planned->session->scene);
+    return status;
+}
+
+static enum vw_status begin_run(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer) {
+    struct group *group = context;
+    struct member *member = &group->members[seat->place];
+    member->group = group;
+    enum vw_status status = open_run(group, seat->place, seat->device, &member->run);
+    if (!status) status = vw_run_begin(member->run, UINT64_MAX);
+    (void)answer;
+    return status ? end_run(group, seat, status) : VW_OK;
+}
+
+static enum vw_status advance_run(void *context, const struct vw_pool_seat *seat, bool *ended) {
+    struct group *group = context;
+    return vw_run_step(group->members[seat->place].run, ended);
 }
 
 enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
-                                 uint32_t count, uint32_t *made) {
-    struct group group = {.params = params, .runs = runs};
-    const struct vw_together_params together = {runs->session, params->together, open_run, score_run, &group};
-    return vw_together_make(&together, count, made);
+                                 uint32_t count) {
+    struct group group = {.params = params, .runs = runs, .members = vw_allocate(count, sizeof *group.members)};
+    const struct vw_training_pool pool = {.devices = runs->session->devices,
+                                          .device_count = runs->session->device_count,
+                                          .together = params->together,
+                                          .begin = begin_run,
+                                          .advance = advance_run,
+                                          .end = end_run,
+                                          .context = &group};
+    enum vw_status status = group.members ? vw_training_pool_run(&pool, count) : VW_ERROR_MEMORY;
+    free(group.members);
+    return status;
 }
 
 enum vw_status vw_run_group_check_out(const char *out) {
@@ -141,8 +167,7 @@ enum vw_status vw_seed_runs_make(const struct vw_experiment_params *params, stru
     plan(params, session, runs);
     enum vw_status status = vw_run_group_check_out(params->out);
     if (!status) status = vw_experiment_open_session(params, session);
-    for (uint32_t done = 0, made; !status && done < params->seeds; done += made)
-        status = vw_run_group_make(params, runs + done, params->seeds - done, &made);
+    if (!status) status = vw_run_group_make(params, runs, params->seeds);
     free(runs);
     return status;
 }

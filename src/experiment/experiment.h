@@ -44,14 +44,14 @@ struct vw_planned_run {
     uint64_t seed;
     struct vw_scene_params scene; // its texts are borrowed
     struct vw_session *session;   // its devices are open, and those of all runs; its scene is opened unless it is
+    bool owns_scene;              // the scene is closed when the run has ended
 };
 
-// Makes the first runs of `count` > 0, as many as are made at a time on the devices of their sessions: `*made`. A run
-// that is there is resumed; a finished one stays as it is. The first failure is reported after the others have gone on.
-// VW_ERROR_USAGE when a folder contains another run: the message says what differs. After VW_ERROR_INTERRUPTED the same
-// call resumes.
+// Makes `count` > 0 runs in a pool on the devices of their sessions. A run that is there is resumed; a finished one
+// stays as it is. After a failure no other run begins, but those that have begun go on. VW_ERROR_USAGE when a folder
+// contains another run: the message says what differs. After VW_ERROR_INTERRUPTED the same call resumes.
 enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
-                                 uint32_t count, uint32_t *made);
+                                 uint32_t count);
 
 // Returns VW_ERROR_USAGE when OUT itself contains a run.
 enum vw_status vw_run_group_check_out(const char *out);

@@ -159,7 +159,7 @@ static enum vw_status plan(struct work *work) {
     for (uint32_t k = 0; !status && k < work->params->folds; k++) {
         struct vw_planned_run *run = &work->runs[k];
         struct fold *fold = &work->folds[k];
-        *run = (struct vw_planned_run){.seed = params->config->seed + k, .session = &fold->session};
+        *run = (struct vw_planned_run){.seed = params->config->seed + k, .session = &fold->session, .owns_scene = true};
         snprintf(run->folder, sizeof run->folder, "fold-%u", k + 1);
         snprintf(run->what, sizeof run->what, "fold     %u of %u, seed %" PRIu64, k + 1, work->params->folds,
                  run->seed);
@@ -199,15 +199,10 @@ static enum vw_status share_session(struct work *work) {
     return status;
 }
 
-// Trains the folds one by one; photos are in memory only while their fold trains.
+// Trains the folds; the photos of a fold are in memory only while it trains.
 static enum vw_status train(struct work *work) {
-    enum vw_status status = VW_OK;
     vw_log_info("kfold    %u trainings, less what is done already; Ctrl-C keeps what is done", work->params->folds);
-    for (uint32_t done = 0, made = 0; !status && done < work->params->folds; done += made) {
-        status = vw_run_group_make(&work->params->common, work->runs + done, work->params->folds - done, &made);
-        for (uint32_t k = done; k < done + made; k++) vw_scene_close(&work->folds[k].session.scene);
-    }
-    return status;
+    return vw_run_group_make(&work->params->common, work->runs, work->params->folds);
 }
 
 // ---- Scores ---------------------------------------------------------------------------------------------------------

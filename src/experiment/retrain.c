@@ -43,7 +43,7 @@ static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_re
 static struct vw_trainer_params params_of(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                                           uint32_t seat, struct vw_config *config) {
     const struct vw_session *session = retrainer->params.session;
-    const struct vw_session_device *device = &session->devices[seat % session->device_count];
+    const struct vw_training_device *device = &session->devices[seat % session->device_count];
     bool some = retraining->view_count > 0, alone = some && retrainer->params.equal == VW_EQUAL_EPOCHS;
     *config = *retrainer->params.config;
     config->seed = retraining->seed;
@@ -75,7 +75,7 @@ static enum vw_status try_base(struct vw_retrainer *retrainer) {
     const struct vw_retrainer_params *params = &retrainer->params;
     struct vw_trainer *trainer = NULL;
     uint8_t run_id[VW_HASH_BYTES];
-    const struct vw_session_device *device = &params->session->devices[0];
+    const struct vw_training_device *device = &params->session->devices[0];
     uint64_t before = vw_submissions_unshared_bytes(device->submissions, device->gpu);
     enum vw_status status = create_trainer(retrainer, &(struct vw_retrain_params){.seed = 0}, 0, &trainer);
     if (!status) status = vw_trainer_run_id(trainer, run_id);

@@ -306,33 +306,6 @@ static enum vw_status evaluate(struct work *work, struct vw_metrics *metrics) {
     return status ? status : add_costs(&work->scorers, metrics);
 }
 
-// Records the metrics. Metrics of the same photos, config and numbers of subsets and seeds replace one another.
-static enum vw_status record_metrics(struct work *work, const struct vw_metrics *metrics) {
-    const struct vw_config *config = work->params->common.config;
-    struct vw_hasher hasher;
-    uint8_t hash[VW_HASH_BYTES];
-    char config_hash[VW_HASH_HEX_BYTES];
-    vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, work->retrainer.base_id);
-    vw_hasher_add_integer(&hasher, config->epochs);
-    vw_hasher_add_integer(&hasher, (int64_t)config->seed);
-    vw_hasher_add_integer(&hasher, config->val_rays);
-    vw_hasher_add_integer(&hasher, config->burn_in_epochs);
-    vw_hasher_add_integer(&hasher, work->subsets.count);
-    vw_hasher_add_integer(&hasher, work->params->common.seeds);
-    vw_hasher_add_integer(&hasher, work->params->retraining_seeds);
-    vw_hasher_add_integer(&hasher, work->params->equal);
-    for (uint32_t i = 0; i < work->params->worth_count; i++)
-        vw_hasher_add_integer(&hasher, work->params->worth_retrainings[i]);
-    const struct vw_method_params *evaluated = &work->params->evaluated;
-    if (evaluated->methods) vw_hasher_add_text(&hasher, evaluated->methods);
-    if (evaluated->run_equivalents) vw_hasher_add_text(&hasher, evaluated->run_equivalents);
-    vw_hasher_end(&hasher, hash);
-    vw_hash_to_hex(hash, config_hash);
-    return vw_retraining_store_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
-                                           metrics->rows, (uint32_t)metrics->count);
-}
-
 static enum vw_status write_files(struct work *work, const struct vw_benchmark *benchmark) {
     const struct vw_experiment_params *common = &work->params->common;
     const struct vw_benchmark_photos photos = {work->session.scene, work->scorers.evaluation.photos};
@@ -361,8 +334,7 @@ static enum vw_status write_results(struct work *work, struct vw_benchmark *benc
         benchmark->methods[benchmark->method_count++] = (struct vw_benchmark_method){
             evaluation->scorers[i].name, cost->trainings, cost->seconds > 0 ? cost->seconds : seconds};
     }
-    enum vw_status status = record_metrics(work, &benchmark->metrics);
-    return status ? status : write_files(work, benchmark);
+    return write_files(work, benchmark);
 }
 
 // ---- All of it ----

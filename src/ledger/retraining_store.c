@@ -8,7 +8,7 @@
 #include "ledger/table.h"
 
 // In a series of its own: see vw_database_format.
-enum { RETRAININGS_VERSION = 1001 };
+enum { RETRAININGS_VERSION = 1002 };
 
 static const char schema_sql[] =
     "CREATE TABLE retraining ("
@@ -18,12 +18,8 @@ static const char schema_sql[] =
     "CREATE TABLE view ("
     " retraining_id TEXT NOT NULL, image_id INTEGER NOT NULL, psnr REAL, row_hash TEXT NOT NULL,"
     " PRIMARY KEY (retraining_id, image_id));"
-    "CREATE TABLE metric ("
-    " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, metric TEXT NOT NULL,"
-    " method TEXT NOT NULL, value REAL, ci_low REAL, ci_high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, "
-    "config_hash, place));"
-    "PRAGMA user_version = 1001;";
-_Static_assert(RETRAININGS_VERSION == 1001, "write it into schema_sql, too");
+    "PRAGMA user_version = 1002;";
+_Static_assert(RETRAININGS_VERSION == 1002, "write it into schema_sql, too");
 
 static const struct vw_database_format format = {
     .schema_sql = schema_sql, .version = RETRAININGS_VERSION, .what = "the retrainings of a benchmark or comparison"};
@@ -180,56 +176,4 @@ enum vw_status vw_retraining_store_add(struct vw_retraining_store *retrainings, 
     }
     free(list);
     return status;
-}
-
-// ---- Metrics -------------------------------------------------------------------------------------------------------
-
-struct metric_row {
-    const char *config_hash, *metric, *method;
-    double value, ci_low, ci_high;
-    uint32_t place, count;
-};
-static const struct vw_column metric_columns[] = {
-    VW_COLUMN_OF_OWNER("scene_hash"),
-    VW_COLUMN(struct metric_row, TEXT, config_hash),
-    VW_COLUMN(struct metric_row, COUNT, place),
-    VW_COLUMN(struct metric_row, TEXT, metric),
-    VW_COLUMN(struct metric_row, TEXT, method),
-    VW_COLUMN(struct metric_row, REAL_OR_NULL, value),
-    VW_COLUMN(struct metric_row, REAL_OR_NULL, ci_low),
-    VW_COLUMN(struct metric_row, REAL_OR_NULL, ci_high),
-    VW_COLUMN(struct metric_row, COUNT, count),
-};
-static const struct vw_table metric_table = {VW_TABLE("metric", struct metric_row, metric_columns),
-                                             .doing = "record a metric"};
-
-static enum vw_status insert_metrics(struct vw_database *database, const char *scene_hash, const char *config_hash,
-                                     const struct vw_metric *metrics, uint32_t count) {
-    struct vw_insertion insertion;
-    enum vw_status status = vw_insertion_begin(database, &metric_table, scene_hash, &insertion);
-    for (uint32_t i = 0; !status && i < count; i++) {
-        const struct metric_row row = {.config_hash = config_hash,
-                                       .place = i,
-                                       .metric = metrics[i].metric,
-                                       .method = metrics[i].method,
-                                       .value = metrics[i].value,
-                                       .ci_low = metrics[i].ci_low,
-                                       .ci_high = metrics[i].ci_high,
-                                       .count = metrics[i].count};
-        status = vw_insertion_add(&insertion, &row);
-    }
-    vw_insertion_end(&insertion);
-    return status;
-}
-
-enum vw_status vw_retraining_store_set_metrics(struct vw_retraining_store *retrainings, const char *scene_hash,
-                                               const char *config_hash, const struct vw_metric *metrics,
-                                               uint32_t count) {
-    struct vw_database *database = &retrainings->database;
-    enum vw_status status = vw_database_begin(database);
-    if (status) return status;
-    status = vw_database_run_with(database, "DELETE FROM metric WHERE scene_hash = ? AND config_hash = ?", scene_hash,
-                                  config_hash, "remove old metrics");
-    if (!status) status = insert_metrics(database, scene_hash, config_hash, metrics, count);
-    return vw_database_end(database, status);
 }

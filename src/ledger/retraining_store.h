@@ -1,4 +1,4 @@
-// Retrainings and metrics in an SQLite file of their own (OUT/retrainings.db), so that a benchmark, comparison or sweep
+// Retrainings in an SQLite file of their own (OUT/retrainings.db), so that a benchmark, comparison or sweep
 // resumes and reuses what another one trained. Ordinary tables:
 // - retraining(retraining_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr,
 //   test_ssim, test_l1, seconds, row_hash): a training on some photos. retraining_id: 64 hex digits, hash of all that
@@ -7,9 +7,6 @@
 // - view(retraining_id, image_id, psnr, row_hash): what the retraining reaches on each validation and test photo, in
 //   dB, and on train photos that were asked for; of a retraining that was measured after every step, what the steps on
 //   each train photo gain.
-// - metric(scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count): the results of the
-// benchmark,
-//   as in benchmark.csv.
 // Each append is one synced transaction.
 #ifndef VIEWWORTH_LEDGER_RETRAINING_STORE_H
 #define VIEWWORTH_LEDGER_RETRAINING_STORE_H
@@ -21,16 +18,6 @@
 #include "viewworth/status.h"
 
 struct vw_retraining_store;
-
-// One value of a benchmark.
-enum { VW_METRIC_BYTES = 48 };
-struct vw_metric {
-    char metric[VW_METRIC_BYTES]; // "auc/blur", "lds/val_psnr", ...
-    const char *method;           // evaluated: the name of a method or of a baseline; borrowed
-    double value;                 // NaN becomes NULL
-    double ci_low, ci_high;       // 95 % interval; NaN where there is none
-    uint32_t count;               // sample size: pairs, photos, subsets or trainings
-};
 
 // Opens the file, or makes it; with NULL a store in memory. VW_ERROR_INPUT when it is something else, of another
 // version, or damaged.
@@ -56,9 +43,5 @@ enum vw_status vw_retraining_store_add(struct vw_retraining_store *retrainings, 
                                        const char *scene_hash, const struct vw_retrain_params *retraining,
                                        const struct vw_retrain_result *result, const struct vw_retrain_view *views,
                                        uint32_t view_count);
-// Replaces the metrics of a scene and config.
-enum vw_status vw_retraining_store_set_metrics(struct vw_retraining_store *retrainings, const char *scene_hash,
-                                               const char *config_hash, const struct vw_metric *metrics,
-                                               uint32_t count);
 
 #endif

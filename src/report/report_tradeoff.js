@@ -2,13 +2,11 @@
 // The section of the report on tradeoff.csv: the time of a run at each configuration, beside its PSNR and the quality of its scores.
 
 const TRADEOFF_NUMBERS = ['train_ms', 'value_ms', 'scoring_ratio', 'run_seconds', 'val_psnr', 'seed_pearson', 'seed_spearman',
-  'agreement_pearson', 'all_pixels_pearson', 'auc', 'lds', 'lds_ci_low', 'lds_ci_high'];
+  'agreement_pearson', 'all_pixels_pearson'];
 const TRADEOFF_MEASURES = [
   {key: 'agreement_pearson', title: 'agreement r', digits: 3, means: 'agreement with the full_resolution scores (Pearson’s r)'},
   {key: 'seed_pearson', title: 'seeds r', digits: 3, means: 'agreement of two seeds (Pearson’s r)'},
   {key: 'seed_spearman', title: 'seeds rho', digits: 3, means: 'agreement of two seeds (Spearman’s rho)'},
-  {key: 'auc', title: 'AUC', digits: 3, means: 'corrupted photos found (AUC)'},
-  {key: 'lds', title: 'LDS', digits: 3, means: 'effects of leaving photos out predicted (LDS)'},
 ];
 const LONGEST_NAME = 24; // characters of a name in a chart: tables and tooltips have more
 
@@ -42,7 +40,7 @@ function tradeoffOf(table) {
 // Returns a row per configuration: that of the method, or, when it has none, the columns that do not depend on the method.
 function rowsOfMethod({rows, configurations}, method) {
   const scored = new Map(rows.filter(row => row.method === method).map(row => [row.configuration, row]));
-  const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson', 'lds_ci_low', 'lds_ci_high'];
+  const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson'];
   const none = {score_pareto_front: false, ...Object.fromEntries(names.map(name => [name, NaN]))};
   return configurations.map(row => scored.get(row.configuration) || {...row, ...none});
 }
@@ -194,8 +192,6 @@ function tradeoffTable(place) {
   const metric = (title, key, digits, more = {}) =>
     ({title, key: row => row[key], cell: row => fixed(row[key], digits), number: true, descending: true, ...more});
   const front = row => row.psnr_pareto_front ? row.score_pareto_front ? 'both' : 'PSNR' : row.score_pareto_front ? 'scores' : '';
-  const lds = row => known(row.lds) ? fixed(row.lds, 2) + (known(row.lds_ci_low) && known(row.lds_ci_high) ?
-    ' (' + fixed(row.lds_ci_low, 2) + ' to ' + fixed(row.lds_ci_high, 2) + ')' : '') : '–';
   return new SortedTable(place, [
     {title: 'Configuration', key: row => row.configuration, class: 'long',
       cell: row => row.base ? element('b', {}, row.configuration) : row.configuration},
@@ -206,8 +202,6 @@ function tradeoffTable(place) {
     metric('Seeds r', 'seed_pearson', 3, {class: 'wide', hint: 'Pearson’s correlation of the scores of two seeds'}),
     metric('Seeds rho', 'seed_spearman', 3, {class: 'wide', hint: 'Spearman’s correlation of the scores of two seeds'}),
     metric('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the full_resolution scores'}),
-    metric('AUC', 'auc', 3, {class: 'wide', hint: 'chance that a corrupted photo scores below a clean one'}),
-    {title: 'LDS', key: row => row.lds, descending: true, number: true, class: 'wide', cell: lds, hint: 'with its 95 % interval'},
     {title: 'Pareto front', key: front, descending: true, class: 'wide', cell: row => front(row) || '–',
       hint: 'no other configuration is as good in less time: by PSNR, by agreement of scores, or by both'},
   ], {sort: 1});

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
-#include "base/memory.h"
 #include "run/out_folder.h"
 #include "run/run_private.h"
 #include "run/stop_rules.h"
@@ -208,11 +207,10 @@ enum vw_status vw_run_catch_up(struct vw_run *run) {
 
 // ---- Advancing ------------------------------------------------------------------------------------------------------
 
-// Lets the run take up to `steps` steps, up to `last_step`; `ended`: none is left.
-static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_step, bool *ended) {
-    *ended = true;
+enum vw_status vw_run_begin(struct vw_run *run, uint64_t steps) {
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: run is NULL; open one by vw_run_open");
     if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: the run has failed; close it and resume it");
+    run->advancing = false;
     if (run->complete || run->over || steps == 0) return VW_OK;
     if (run->finished || run->ended)
         return vw_fail(VW_ERROR_USAGE,
@@ -221,18 +219,20 @@ static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_s
     run->failed = status;
     if (status) return status;
     uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->results.statistics.steps;
-    *last_step = taken < total && steps < total - taken ? taken + steps : total;
-    *ended = false;
-    release(run, *last_step);
+    run->last_step = taken < total && steps < total - taken ? taken + steps : total;
+    run->advancing = true;
+    release(run, run->last_step);
     return VW_OK;
 }
 
-// Advances a run. A run that stops is held, while the runs that share its submissions continue.
-static enum vw_status advance_submission(struct vw_run *run, uint64_t last_step, bool *ended) {
-    enum vw_status status = take_submission(run, last_step, ended);
+// Holds a run that stops, while the runs that share its submissions continue.
+enum vw_status vw_run_step(struct vw_run *run, bool *ended) {
+    *ended = !run->advancing;
+    if (*ended) return VW_OK;
+    enum vw_status status = take_submission(run, run->last_step, ended);
+    run->advancing = !status && !*ended;
     if (!status) return VW_OK;
     status = drain(run, status);
-    *ended = true;
     vw_trainer_stop_after(run->trainer, 0);
     if (run->ledger) vw_run_end_early(run, status);
     run->failed = status != VW_ERROR_INTERRUPTED;
@@ -240,42 +240,10 @@ static enum vw_status advance_submission(struct vw_run *run, uint64_t last_step,
 }
 
 enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
-    uint64_t last_step = 0;
     bool ended = false;
-    enum vw_status status = start(run, steps, &last_step, &ended);
-    while (!status && !ended) status = advance_submission(run, last_step, &ended);
+    enum vw_status status = vw_run_begin(run, steps);
+    while (!status && !ended) status = vw_run_step(run, &ended);
     return status;
-}
-
-// A run on its way.
-struct course {
-    uint64_t last_step;
-    bool ended;
-};
-
-enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum vw_status *statuses) {
-    struct course *courses = vw_allocate(count, sizeof *courses);
-    struct vw_first_failure failure = {VW_OK};
-    bool interrupted = false;
-    for (uint32_t i = 0; i < count; i++) statuses[i] = VW_ERROR_MEMORY;
-    if (!courses) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count; i++) {
-        statuses[i] = start(runs[i], UINT64_MAX, &courses[i].last_step, &courses[i].ended);
-        vw_first_failure_note(&failure, statuses[i]);
-    }
-    for (uint32_t left = count; left > 0;) {
-        left = 0;
-        for (uint32_t i = 0; i < count; i++) {
-            if (courses[i].ended) continue;
-            runs[i]->stopping |= interrupted;
-            statuses[i] = advance_submission(runs[i], courses[i].last_step, &courses[i].ended);
-            interrupted |= statuses[i] == VW_ERROR_INTERRUPTED;
-            vw_first_failure_note(&failure, statuses[i]);
-            left += !courses[i].ended;
-        }
-    }
-    free(courses);
-    return vw_first_failure_report(&failure);
 }
 
 void vw_run_leave(struct vw_run *run) {

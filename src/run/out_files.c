@@ -33,7 +33,7 @@ const struct vw_out_file vw_out_files[] = {
     {"val.txt", VW_OUT_COMPARED, false, VW_OUT_STAYS},
     {"test.txt", VW_OUT_COMPARED, false, VW_OUT_STAYS},
     // Times and PSNR of a trade-off: they are read back, but decide nothing about a run.
-    {"tradeoff.db", VW_OUT_NOTHING, false, VW_OUT_STAYS},
+    {"measurements.json", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     // States of jobs: they decide whether a job is started. The merge verifies its ledger, and prints the status there.
     {"*.json", VW_OUT_NOTHING, false, VW_OUT_STAYS}, // JOB.json
     {"batch.json", VW_OUT_NOTHING, false, VW_OUT_STAYS},

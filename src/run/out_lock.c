@@ -136,7 +136,7 @@ static enum vw_status acquire(struct vw_out_lock *lock) {
 // are replaced, links included.
 static enum vw_status check_files(const char *out) {
     static const char *const names[] = {VW_FIELD_FILE, "checkpoint_0.vwc", "checkpoint_1.vwc"};
-    static const char *const databases[] = {VW_LEDGER_FILE, VW_RETRAININGS_FILE, "tradeoff.db"};
+    static const char *const databases[] = {VW_LEDGER_FILE, VW_RETRAININGS_FILE};
     static const char *const suffixes[] = {"", "-journal", "-wal", "-shm"};
     enum vw_status status = VW_OK;
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(names); i++) status = vw_file_check_inside(out, names[i]);

@@ -19,11 +19,11 @@
 // budget. The session outlives the run. `*run` is untouched on failure.
 enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
                                       struct vw_run **run);
-// Takes all steps that are left of several runs, submission by submission: those on the same device of a session in the
-// same submissions, while other devices take those of others. Each has the bits and the rows that it has alone, and
-// ends as by vw_run_advance(): statuses[i]. A run that fails does not stop the others; one that is interrupted does.
-// Returns the first failure, with its message.
-enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum vw_status *statuses);
+// Lets a run take up to `steps` more steps, which vw_run_step() then takes, one submission by a call; `*ended`: none is
+// left. Together they are vw_run_advance(): a pool of trainings advances several runs in turn, each with the bits and
+// the rows that it has alone. A run that has failed, or is interrupted, takes no further step.
+enum vw_status vw_run_begin(struct vw_run *run, uint64_t steps);
+enum vw_status vw_run_step(struct vw_run *run, bool *ended);
 // Finishes a run like vw_run_finish(), but writes only field.vwf and scores.csv. Does nothing on a run that was
 // finished when it was opened and has no steps left.
 enum vw_status vw_run_score(struct vw_run *run);

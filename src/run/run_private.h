@@ -44,6 +44,7 @@ struct vw_run {
     bool complete;          // resumed, and no step is left
     bool begun, over;       // the first advance; all steps are taken
     bool stopping;          // progress returned false
+    bool advancing;         // steps up to last_step are left
     bool stepped;           // since it was opened
     bool moved;             // since the last checkpoint
     bool cleared;           // OUT has no tables of what the run was before
@@ -51,6 +52,7 @@ struct vw_run {
     uint64_t started_after; // the step of the checkpoint that was loaded; 0: from the start
     uint64_t trainer_step;  // the last step handed out by the trainer, or started_after
     uint64_t shown_step;    // the last one that progress has shown
+    uint64_t last_step;     // the step up to which it advances now
     uint64_t stop_step;     // where the stop rules look next
     struct {
         uint64_t first_step;         // taken before the segment

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "detect/verdict_cache.h"
+#include "detect/decide.h"
 #include "run/devices.h"
 #include "viewworth/log.h"
 
@@ -27,7 +27,7 @@ static enum vw_status check_equal(const struct vw_gpu *first, const struct vw_gp
 }
 
 static enum vw_status add_device(const char *device, bool timers, struct vw_session *session) {
-    struct vw_session_device *added = &session->devices[session->device_count];
+    struct vw_training_device *added = &session->devices[session->device_count];
     enum vw_status status = vw_open_gpu(device, timers, &added->gpu);
     session->device_count += !status; // from here on it is closed with the session
     if (!status) status = check_equal(session->devices[0].gpu, added->gpu);

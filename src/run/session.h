@@ -6,13 +6,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "train/shared_submissions.h"
+#include "train/training_pool.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
-enum { VW_SESSION_DEVICES_MAX = 16, VW_SESSION_TRAININGS_MAX = VW_SESSION_DEVICES_MAX * VW_TRAINERS_TOGETHER_MAX };
+enum { VW_SESSION_DEVICES_MAX = VW_POOL_DEVICES_MAX, VW_SESSION_TRAININGS_MAX = VW_POOL_SEATS_MAX };
 
 // The devices to run on, each by its index or a part of its name.
 struct vw_device_choice {
@@ -27,14 +27,9 @@ struct vw_session_params {
     bool timers; // time every pass
 };
 
-struct vw_session_device {
-    struct vw_gpu *gpu;
-    struct vw_submissions *submissions; // shared by all trainings on the device, which take steps together
-};
-
 // All zero before it is opened.
 struct vw_session {
-    struct vw_session_device devices[VW_SESSION_DEVICES_MAX]; // the first one makes the scene and decides its effects
+    struct vw_training_device devices[VW_SESSION_DEVICES_MAX]; // the first one makes the scene and decides its effects
     uint32_t device_count;
     struct vw_scene *scene;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];

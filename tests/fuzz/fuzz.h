@@ -20,7 +20,7 @@ fuzz_target fuzz_colmap_text;   // cameras.txt, images.txt and points3D.txt, lik
 fuzz_target fuzz_tsv;           // the split file of NeRF-W
 fuzz_target fuzz_recipe;        // a recipe; nothing is drawn
 fuzz_target fuzz_ledger;        // edits of a valid ledger.db and of a journal beside it (database_edits.h)
-fuzz_target fuzz_store;         // likewise, of retrainings.db or tradeoff.db, as the first byte says
+fuzz_target fuzz_store;         // likewise, of retrainings.db
 fuzz_target fuzz_checkpoint;    // checkpoint_0.vwc (see fuzz_write_hashed)
 fuzz_target fuzz_field;         // field.vwf, likewise
 fuzz_target fuzz_splats;        // the .ply file of --initial

@@ -6,7 +6,6 @@
 #include <sys/stat.h>
 
 #include "ledger/retraining_store.h"
-#include "ledger/sweeps.h"
 
 enum { PAGE_BYTES = 4096, SECTOR_BYTES = 512, JOURNAL_BYTES_MOST = 4 * PAGE_BYTES };
 
@@ -199,29 +198,20 @@ FOLDER_TEST(a_new_ledger_follows_no_link) {
     }
 }
 
-FOLDER_TEST(journals_beside_stores_delete_nothing) {
-    AUTO_FREE char *victim = vw_path_join(*state, "victim.txt");
-    char *paths[] = {vw_path_join(*state, "retrainings.db"), vw_path_join(*state, "tradeoff.db")};
+FOLDER_TEST(a_journal_beside_a_store_deletes_nothing) {
+    AUTO_FREE char *victim = vw_path_join(*state, "victim.txt"), *path = vw_path_join(*state, "retrainings.db"),
+                   *journal_path = vw_path_join(*state, "retrainings.db-journal");
     struct vw_retraining_store *retrainings = NULL;
-    struct vw_sweeps *sweeps = NULL;
+    struct journal journal = {.size_bytes = 0};
     ASSERT_OK(vw_file_write(victim, "my thesis", 9));
-    ASSERT_OK(vw_retraining_store_open(paths[0], &retrainings));
+    ASSERT_OK(vw_retraining_store_open(path, &retrainings));
     vw_retraining_store_close(&retrainings);
-    ASSERT_OK(vw_sweeps_open(paths[1], &sweeps));
-    vw_sweeps_close(&sweeps);
-    for (size_t i = 0; i < 2; i++) {
-        struct journal journal = {.size_bytes = 0};
-        AUTO_FREE char *journal_path = vw_format_text("%s-journal", paths[i]);
-        put_header(&journal, 1, SECTOR_BYTES, PAGE_BYTES);
-        put_name(&journal, victim);
-        ASSERT_OK(vw_file_write(journal_path, journal.bytes, journal.size_bytes));
-        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retraining_store_open(paths[0], &retrainings),
-                         VW_ERROR_INPUT);
-        assert_same_file(victim, "my thesis", 9);
-        unlink(paths[i]); // now the journal is that of a removed store
-        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retraining_store_open(paths[0], &retrainings),
-                         VW_ERROR_INPUT);
-        assert_same_file(victim, "my thesis", 9);
-        free(paths[i]);
-    }
+    put_header(&journal, 1, SECTOR_BYTES, PAGE_BYTES);
+    put_name(&journal, victim);
+    ASSERT_OK(vw_file_write(journal_path, journal.bytes, journal.size_bytes));
+    assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
+    assert_same_file(victim, "my thesis", 9);
+    unlink(path); // now the journal is that of a removed store
+    assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
+    assert_same_file(victim, "my thesis", 9);
 }

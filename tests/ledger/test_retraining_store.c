@@ -113,19 +113,11 @@ FOLDER_TEST(an_edited_retraining_is_not_recalled) {
 
 FOLDER_TEST(rows_are_plain_tables) {
     struct vw_retraining_store *retrainings = open_retrainings(*state);
-    const struct vw_metric metrics[] = {{"auc/blur", "dv_psnr", 0.75, NAN, NAN, 12},
-                                        {"lds/val_psnr", "dv_psnr", 0.5, 0.25, 0.625, 200}};
     ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-    ASSERT_OK(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, metrics, 1));
-    ASSERT_OK(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, metrics, 2)); // replaces
     vw_retraining_store_close(&retrainings);
     AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
     assert_answer(path, "SELECT views || '|' || view_count || '|' || seed || '|' || epochs FROM retraining",
                   "1 3 17|3|5|30");
-    assert_answer(path,
-                  "SELECT group_concat(place || metric || value || coalesce(ci_low, '-') || count, ',') FROM"
-                  " (SELECT * FROM metric ORDER BY place)",
-                  "0auc/blur0.75-12,1lds/val_psnr0.50.25200");
 }
 
 // Checks that a file with these bytes is refused, and left as it was.

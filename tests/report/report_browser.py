@@ -469,9 +469,9 @@ def tradeoff_is_right(browser, folder):
         expect([point['name'] for point in line] == joined and len(joined) > 2, f'{chart}: {line}, not {joined}')
         expect([point['name'] for point in sets['base']] == ['base'] and len(sets['rays']) == 3, sets)
     measures = page.run("return [...document.getElementById('tradeoff-0-choose-measure').options].map(one => one.value)")
-    expect(measures == ['agreement_pearson', 'seed_pearson', 'seed_spearman', 'lds'], measures) # without truth there is no AUC
-    page.choose('tradeoff-0-choose-measure', 'lds')
-    expect([point['y'] for point in drawn(page, 'score')['base']] == [0.62] and len(drawn(page, 'score')) == 1, drawn(page, 'score'))
+    expect(measures == ['agreement_pearson', 'seed_pearson', 'seed_spearman'], measures)
+    page.choose('tradeoff-0-choose-measure', 'seed_spearman') # which the base alone has
+    expect([point['y'] for point in drawn(page, 'score')['base']] == [0.8] and len(drawn(page, 'score')) == 1, drawn(page, 'score'))
     expect(drawn(page, 'parameter-score') is None, 'a chart of nothing')
     expect('No value of rays' in page.run("return document.getElementById('tradeoff-0-parameter-score').textContent"), 'no word why')
 
@@ -511,8 +511,8 @@ def tradeoff_table_is_right(browser, folder):
         expect([row[0] for row in shown] == [row['configuration'] for row in rows], shown)
         wanted = [f"{float(row['agreement_pearson']):.3f}" if row['agreement_pearson'] else '–' for row in rows]
         expect([row[7] for row in shown] == wanted, shown)
-    expect(shown[0][1:] == ['10.0', '10.00', '1.25', '20.25', '0.900', '0.800', '0.430', '–', '0.62 (0.40 to 0.80)', 'PSNR'], shown[0])
-    expect([row[10] for row in shown[1:4]] == ['–', 'both', '–'], shown)
+    expect(shown[0][1:] == ['10.0', '10.00', '1.25', '20.25', '0.900', '0.800', '0.430', 'PSNR'], shown[0])
+    expect([row[8] for row in shown[1:4]] == ['–', 'both', '–'], shown)
     page.run("[...document.querySelectorAll('#tradeoff-0-table th button')].find(one => one.textContent === 'Agrees r').click()")
     agreement = [row[7] for row in page.run(cells)]
     expect(agreement[-1] == '–' and agreement[:-1] == sorted(agreement[:-1], reverse=True), agreement)

@@ -30,16 +30,19 @@ contents() {
     local file
     (
         cd "$folder/$1" || exit
-        find . -type f ! -name '*.db' ! -name 'checkpoint_*' ! -name '*.html' ! -name tradeoff.csv \
+        find . -type f ! -name '*.db' ! -name 'checkpoint_*' ! -name '*.html' ! -name tradeoff.csv ! -name measurements.json \
             ! -name SHA256SUMS -exec sha256sum {} + | sort -k2
     )
     for file in $(ledgers "$1"); do rows "$(dirname "${file#"$folder"/}")" | sed "s|^|${file#"$folder/$1"} |"; done
-    [[ ! -e $folder/$1/tradeoff.db ]] || sqlite3 "$folder/$1/tradeoff.db" "SELECT configuration, method, steps, val_psnr, seed_pearson,
-        agreement_spearman, auc FROM metric WHERE parameter IN ('base', 'full_resolution', 'epochs') ORDER BY place, method"
+    [[ ! -e $folder/$1/tradeoff.csv ]] || # configuration, steps, val_psnr, method, seed_pearson, agreement_spearman
+        awk -F, '$2 ~ /^(base|full_resolution|epochs|parameter)$/' "$folder/$1/tradeoff.csv" | sed 's/"[^"]*"//' |
+            cut -d, -f 1,6,12,14,16,19
 }
 
 timings() { # timings OUT: what a sweep has timed so far
-    [[ ! -e $folder/$1/tradeoff.db ]] || sqlite3 "$folder/$1/tradeoff.db" "SELECT * FROM measurement WHERE quantity <> 'val_psnr'"
+    [[ ! -e $folder/$1/measurements.json ]] || sqlite3 :memory: "SELECT c.key, q.key, q.value FROM
+        json_each(CAST(readfile('$folder/$1/measurements.json') AS TEXT), '\$.measurements') c, json_each(c.value) q
+        WHERE q.key <> 'val_psnr' ORDER BY c.key, q.key"
 }
 
 same_contents() { # same_contents OUT OUT

@@ -7,7 +7,7 @@
 #include "run/run.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
-#include "train/shared_submissions.h"
+#include "train/training_pool.h"
 
 enum { RUNS = 3, PHOTOS = 6, DEVICES = 2 };
 
@@ -58,7 +58,30 @@ static void open_runs(struct fixture *f, const char *set, uint32_t device_count)
     }
 }
 
-static enum vw_status advance(struct fixture *f) { return vw_runs_advance(f->runs, RUNS, f->statuses); }
+static enum vw_status begin(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer) {
+    struct fixture *f = context;
+    (void)answer;
+    return vw_run_begin(f->runs[seat->place], UINT64_MAX);
+}
+
+static enum vw_status step(void *context, const struct vw_pool_seat *seat, bool *ended) {
+    return vw_run_step(((struct fixture *)context)->runs[seat->place], ended);
+}
+
+static enum vw_status end(void *context, const struct vw_pool_seat *seat, enum vw_status status) {
+    return ((struct fixture *)context)->statuses[seat->place] = status;
+}
+
+static enum vw_status advance(struct fixture *f) {
+    const struct vw_training_pool pool = {.devices = f->session.devices,
+                                          .device_count = f->session.device_count,
+                                          .together = RUNS,
+                                          .begin = begin,
+                                          .advance = step,
+                                          .end = end,
+                                          .context = f};
+    return vw_training_pool_run(&pool, RUNS);
+}
 
 static void close_runs(struct fixture *f) {
     for (uint32_t i = 0; i < RUNS; i++) vw_run_close(&f->runs[i]);
@@ -182,10 +205,10 @@ TEST_WITHIN(one_that_fails_does_not_stop_the_others, set_up, tear_down) {
     for (uint32_t i = 1; i < RUNS; i++) assert_as_alone(f, "failing", i);
 }
 
-TEST_WITHIN(an_interrupted_one_stops_all_and_all_resume, set_up, tear_down) {
+TEST_WITHIN(interrupted_ones_resume, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "stopped", DEVICES);
-    f->observers[2].stops = true;
+    for (uint32_t i = 0; i < RUNS; i++) f->observers[i].stops = true;
     assert_int_equal(advance(f), VW_ERROR_INTERRUPTED);
     for (uint32_t i = 0; i < RUNS; i++) {
         assert_int_equal(f->statuses[i], VW_ERROR_INTERRUPTED);

@@ -38,6 +38,6 @@ enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out
 enum vw_status vw_report_make(const struct vw_options *options, const struct vw_report_extra *extra);
 
 // Measures the trade-off and prints it. `evaluator` says how good the scores are; NULL: no one does.
-enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_evaluator *evaluator);
+enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_follower *follower);
 
 #endif

@@ -5,7 +5,6 @@
 #include "cli/output/results.h"
 #include "cli/params.h"
 #include "detect/decide.h"
-#include "detect/verdict_cache.h"
 #include "experiment/prices.h"
 #include "run/devices.h"
 #include "viewworth/log.h"

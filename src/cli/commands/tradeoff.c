@@ -3,12 +3,12 @@
 #include "cli/output/results.h"
 #include "cli/params.h"
 
-enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_evaluator *evaluator) {
+enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_follower *follower) {
     struct vw_progress progress = {0};
     struct vw_device_list devices;
     enum vw_status status = vw_device_list_read(options, &devices);
     struct vw_sweep_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
-                                     .evaluator = evaluator};
+                                     .follower = follower};
     if (!status && options->seeds < 2)
         status = vw_fail(VW_ERROR_USAGE, "tradeoff: agreement between seeds needs two --seeds or more");
     if (!status) status = vw_sweep_parameters_parse(options->parameters, &params.parameters);

@@ -17,22 +17,24 @@
 #include "cli/output/results.h"
 #include "cli/params.h"
 #include "run/run.h"
-#include "run/together.h"
+#include "train/training_pool.h"
 
 _Static_assert((int)VW_CHILD_JOBS_MAX == (int)VW_TRAINERS_TOGETHER_MAX, "a device takes as many as a process gets");
 
 struct job {
     uint64_t seed;
-    char *out;                   // owned
-    int log;                     // open
-    struct vw_progress progress; // shown of the first one
+    char *out; // owned
+    int log;   // open
+    struct vw_run *run;
+    struct vw_progress progress;
 };
 
 struct work {
     const struct vw_options *options;
     struct vw_session session;
     struct job jobs[VW_CHILD_JOBS_MAX];
-    uint32_t count, done; // done ones come first, then those that are made now
+    uint32_t count;
+    const struct job *shown; // later output is about it; NULL: none
     struct vw_first_failure failure;
 };
 
@@ -68,52 +70,88 @@ static enum vw_status take_log(const struct job *job) {
 
 // ---- Some at a time -----------------------------------------------------------------------------------------------
 
-// Opens the run of a job. Later output is about the job whose progress is shown.
-static enum vw_status open_job(void *context, uint32_t place, uint32_t device, struct vw_run **run) {
-    struct work *work = context;
-    struct job *job = &work->jobs[work->done + place];
+static enum vw_status begin_run(struct work *work, struct job *job, uint32_t device) {
     struct vw_config config = work->options->config;
     struct vw_run_params params;
     config.seed = job->seed;
     enum vw_status status = vw_params_of_run(work->options, &params);
-    job->progress.quiet = work->options->quiet || place;
+    job->progress.quiet = work->options->quiet || work->shown != job;
     job->progress.interrupt = vw_interrupt_watch();
     params.config = &config;
     params.out = job->out;
     params.progress = vw_progress_show;
     params.context = &job->progress;
-    if (!status) status = take_log(job);
-    if (!status) status = vw_run_open_in_session(&params, &work->session, device, run);
-    if (!status) (void)take_log(&work->jobs[work->done]);
-    return status;
+    if (!status) status = vw_run_open_in_session(&params, &work->session, device, &job->run);
+    return status ? status : vw_run_begin(job->run, UINT64_MAX);
 }
 
-static enum vw_status finish_job(void *context, uint32_t place, enum vw_status stepped, struct vw_run *run) {
-    struct work *work = context;
-    struct job *job = &work->jobs[work->done + place];
-    vw_progress_end(&job->progress);
-    if (stepped) return VW_OK;
-    enum vw_status status = take_log(job);
-    if (!status) status = vw_run_finish(run);
-    if (!status) status = vw_run_print(run, false, false);
+static enum vw_status finish_run(const struct job *job) {
     struct vw_answer answer;
-    if (!status) vw_answer_begin(run, job->out, &answer);
+    enum vw_status status = take_log(job);
+    if (!status) status = vw_run_finish(job->run);
+    if (!status) status = vw_run_print(job->run, false, false);
+    if (!status) vw_answer_begin(job->run, job->out, &answer);
     return status ? status : vw_answer_print(&answer);
+}
+
+// Ends a job. Its failure ends no other.
+static enum vw_status end_job(void *context, const struct vw_pool_seat *seat, enum vw_status status) {
+    struct work *work = context;
+    struct job *job = &work->jobs[seat->place];
+    vw_progress_end(&job->progress);
+    vw_first_failure_note(&work->failure, status ? status : finish_run(job));
+    vw_run_close(&job->run);
+    if (work->shown == job) work->shown = NULL;
+    return VW_OK;
+}
+
+static enum vw_status begin_job(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer) {
+    struct work *work = context;
+    struct job *job = &work->jobs[seat->place];
+    const struct vw_interrupt interrupt = vw_interrupt_watch();
+    if (vw_interrupt_requested(&interrupt)) return vw_fail(VW_ERROR_INTERRUPTED, "interrupted before all jobs began");
+    if (!work->shown) work->shown = job;
+    enum vw_status status = take_log(job);
+    if (!status) status = begin_run(work, job, seat->device);
+    if (status) *answer = VW_POOL_NO_SEAT;
+    if (status) (void)end_job(work, seat, status);
+    if (work->shown) (void)take_log(work->shown);
+    return VW_OK;
+}
+
+static enum vw_status advance_job(void *context, const struct vw_pool_seat *seat, bool *ended) {
+    struct work *work = context;
+    return vw_run_step(work->jobs[seat->place].run, ended);
+}
+
+// Opens the session, whose lines are in the log of the first job.
+static enum vw_status open_session(struct work *work) {
+    struct vw_run_params params;
+    enum vw_status status = vw_params_of_run(work->options, &params);
+    if (!status) status = take_log(&work->jobs[0]);
+    const struct vw_session_params session = {
+        .scene = params.scene, .devices.first = params.device, .timers = params.profile};
+    return status ? status : vw_session_open(&session, &work->session);
 }
 
 enum vw_status vw_value_jobs(const struct vw_options *options, const char *seeds) {
     struct work *work = vw_allocate(1, sizeof *work);
     if (!work) return VW_ERROR_MEMORY;
     work->options = options;
-    vw_first_failure_note(&work->failure, list_jobs(work, seeds));
-    bool runs = !work->failure.status;
-    const struct vw_interrupt interrupt = vw_interrupt_watch();
-    const struct vw_together_params together = {&work->session, options->together, open_job, finish_job, work};
-    for (uint32_t made; runs && work->done < work->count && !vw_interrupt_requested(&interrupt); work->done += made)
-        vw_first_failure_note(&work->failure, vw_together_make(&together, work->count - work->done, &made));
+    enum vw_status status = list_jobs(work, seeds);
+    if (!status) status = open_session(work);
+    const struct vw_training_pool pool = {.devices = work->session.devices,
+                                          .device_count = work->session.device_count,
+                                          .together = options->together,
+                                          .begin = begin_job,
+                                          .advance = advance_job,
+                                          .end = end_job,
+                                          .context = work};
+    if (!status) status = vw_training_pool_run(&pool, work->count);
+    vw_first_failure_note(&work->failure, status);
     for (uint32_t i = 0; i < VW_CHILD_JOBS_MAX; i++) free(work->jobs[i].out);
     vw_session_close(&work->session);
-    enum vw_status status = vw_first_failure_report(&work->failure);
+    status = vw_first_failure_report(&work->failure);
     free(work);
     return status;
 }

@@ -2,14 +2,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/experiment.h"
-#include "experiment/paired_timing.h"
 #include "experiment/sweep/state.h"
 #include "experiment/sweep/sweep.h"
+#include "gpu/compute.h"
 #include "train/trainer.h"
+#include "train/training_pool.h"
 #include "viewworth/log.h"
 
 enum { ROUNDS = 8, STEPS_PER_SUBMISSION = 2, PIXELS_OF_VIEW_MAX = 1 << 16 };
@@ -32,22 +34,19 @@ static double *field_of(struct vw_measured_configuration *measured, const struct
     return (double *)((char *)measured + quantity->offset);
 }
 
-static enum vw_status find(struct vw_sweep_state *state, uint32_t configuration, bool *found) {
-    enum vw_status status = VW_OK;
-    *found = true;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(quantities) && *found && !status; i++)
-        status = vw_sweeps_find(state->store, state->configuration_ids[configuration], quantities[i].name, found,
-                                field_of(&state->measured[configuration], &quantities[i]));
-    return status;
+static bool find(struct vw_sweep_state *state, uint32_t configuration) {
+    bool found = true;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(quantities) && found; i++)
+        found = vw_sweep_store_find(&state->store, state->configuration_ids[configuration], quantities[i].name,
+                                    field_of(&state->measured[configuration], &quantities[i]));
+    return found;
 }
 
 static enum vw_status record(struct vw_sweep_state *state, uint32_t configuration) {
-    struct vw_measurement measurements[VW_ARRAY_COUNT(quantities)];
     for (size_t i = 0; i < VW_ARRAY_COUNT(quantities); i++)
-        measurements[i] =
-            (struct vw_measurement){quantities[i].name, *field_of(&state->measured[configuration], &quantities[i])};
-    return vw_sweeps_keep(state->store, state->configuration_ids[configuration], measurements,
-                          VW_ARRAY_COUNT(quantities));
+        vw_sweep_store_set(&state->store, state->configuration_ids[configuration], quantities[i].name,
+                           *field_of(&state->measured[configuration], &quantities[i]));
+    return vw_sweep_store_save(&state->store);
 }
 
 // ---- Time ----
@@ -72,33 +71,93 @@ static enum vw_status choose_effects(const struct vw_sweep_state *state, uint32_
                              session->effect_count);
 }
 
-static struct vw_step_times times_of(const struct vw_timed_trainer *timed) {
-    struct vw_step_timing result = vw_timed_trainer_result(timed, ROUNDS);
-    return (struct vw_step_times){result.ms_per_step, result.cpu_ms_per_step};
+// A training whose steps are timed. Several take a few steps each in turn, so that other load on the machine slows all
+// alike: their times can be compared even on a busy machine.
+struct timed {
+    struct vw_trainer_params params;
+    struct vw_trainer *trainer;
+    uint32_t rounds;                        // that it has taken
+    double wall_ms[ROUNDS], cpu_ms[ROUNDS]; // step times by round
+    double device_bytes;
+};
+enum { BASE, TRAIN, VALUE, TIMED };
+struct timing {
+    struct timed trainings[TIMED];
+    const struct vw_interrupt *interrupt;
+};
+
+static enum vw_status begin_timed(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer) {
+    struct timed *timed = &((struct timing *)context)->trainings[seat->place];
+    struct vw_trainer_params params = timed->params;
+    struct vw_config config = *params.config;
+    struct vw_trainer_stats stats;
+    (void)answer;
+    config.epochs = 1 + ROUNDS * 2 * STEPS_PER_SUBMISSION; // an epoch has at least one step
+    params.config = &config;
+    uint64_t before = vw_gpu_buffer_bytes(params.gpu);
+    enum vw_status status = vw_trainer_create(&params, &timed->trainer);
+    if (status) return status;
+    vw_trainer_get_stats(timed->trainer, &stats);
+    timed->device_bytes = (double)(stats.device_bytes - before);
+    return VW_OK;
 }
 
-// Times the base and the configuration without and with scoring, in pairs, on one device while others rest.
+// Takes a round: two submissions of steps.
+static enum vw_status take_round(void *context, const struct vw_pool_seat *seat, bool *ended) {
+    const struct timing *timing = context;
+    struct timed *timed = &((struct timing *)context)->trainings[seat->place];
+    const struct vw_step_record *records;
+    uint32_t count = 1, steps = 0;
+    double began_s = vw_now_s(), began_cpu_s = vw_cpu_s();
+    enum vw_status status = vw_trainer_advance(timed->trainer, &records, &count);
+    while (!status && count > 0) {
+        for (uint32_t i = 0; i < count; i++) steps += records[i].step > 0;
+        status = vw_trainer_collect(timed->trainer, &records, &count);
+    }
+    timed->wall_ms[timed->rounds] = steps ? 1e3 * (vw_now_s() - began_s) / steps : NAN;
+    timed->cpu_ms[timed->rounds] = steps ? 1e3 * (vw_cpu_s() - began_cpu_s) / steps : NAN;
+    *ended = ++timed->rounds == ROUNDS;
+    if (!status && vw_interrupt_requested(timing->interrupt))
+        status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted while timing steps; start again");
+    return status;
+}
+
+static enum vw_status end_timed(void *context, const struct vw_pool_seat *seat, enum vw_status status) {
+    vw_trainer_destroy(&((struct timing *)context)->trainings[seat->place].trainer);
+    return status;
+}
+
+// Returns medians over all rounds but the first, which compiles and warms up.
+static struct vw_step_times times_of(struct timed *timed) {
+    return (struct vw_step_times){vw_median(timed->wall_ms + 1, ROUNDS - 1), vw_median(timed->cpu_ms + 1, ROUNDS - 1)};
+}
+
+// Times the base and the configuration without and with scoring, in turn, on one device while others rest.
 static enum vw_status time_configuration(struct vw_sweep_state *state, uint32_t configuration) {
-    enum { BASE, TRAIN, VALUE, TRAINERS };
     const struct vw_session *session = &state->session;
     const struct vw_config *base = &state->configurations->configurations[0].config,
                            *ours = &state->configurations->configurations[configuration].config;
-    struct vw_measured_configuration *measured = &state->measured[configuration];
-    struct vw_timed_trainer trainers[TRAINERS] = {0};
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     enum vw_status status = choose_effects(state, configuration, effects);
-    const struct vw_trainer_params params[] = {params_of(session, base, session->effects, true),
-                                               params_of(session, ours, effects, false),
-                                               params_of(session, ours, effects, true)};
-    for (int i = 0; i < TRAINERS && !status; i++) status = vw_timed_trainer_open(&params[i], ROUNDS, &trainers[i]);
-    if (!status) status = vw_paired_timing_run(trainers, TRAINERS, ROUNDS, &state->params->common.interrupt);
-    if (!status)
-        *measured = (struct vw_measured_configuration){.train = times_of(&trainers[TRAIN]),
-                                                       .value = times_of(&trainers[VALUE]),
-                                                       .base = times_of(&trainers[BASE]),
-                                                       .device_bytes = (double)trainers[VALUE].device_bytes};
-    for (int i = 0; i < TRAINERS; i++) vw_timed_trainer_close(&trainers[i]);
-    return status;
+    struct timing timing = {.trainings = {[BASE].params = params_of(session, base, session->effects, true),
+                                          [TRAIN].params = params_of(session, ours, effects, false),
+                                          [VALUE].params = params_of(session, ours, effects, true)},
+                            .interrupt = &state->params->common.interrupt};
+    const struct vw_training_pool pool = {.devices = session->devices,
+                                          .device_count = 1,
+                                          .together = TIMED,
+                                          .begin = begin_timed,
+                                          .advance = take_round,
+                                          .end = end_timed,
+                                          .context = &timing};
+    if (!status) status = vw_training_pool_run(&pool, TIMED);
+    if (status) return status;
+    state->measured[configuration] =
+        (struct vw_measured_configuration){.train = times_of(&timing.trainings[TRAIN]),
+                                           .value = times_of(&timing.trainings[VALUE]),
+                                           .base = times_of(&timing.trainings[BASE]),
+                                           .device_bytes = timing.trainings[VALUE].device_bytes};
+    return VW_OK;
 }
 
 enum vw_status vw_sweep_time_steps(struct vw_sweep_state *state) {
@@ -109,11 +168,10 @@ enum vw_status vw_sweep_time_steps(struct vw_sweep_state *state) {
                     ? ", before occupancy skips empty space"
                     : "");
     for (uint32_t configuration = 0; configuration < state->configurations->count && !status; configuration++) {
-        bool found = false;
-        status = find(state, configuration, &found);
-        if (!status && !found) status = time_configuration(state, configuration);
-        if (!status && !found) status = record(state, configuration);
-        if (!status && !found)
+        if (find(state, configuration)) continue;
+        status = time_configuration(state, configuration);
+        if (!status) status = record(state, configuration);
+        if (!status)
             vw_log_info("timed    %s: %.3g ms a step, %.3g with scoring (%u of %u)",
                         state->configurations->configurations[configuration].name,
                         state->measured[configuration].train.wall_ms, state->measured[configuration].value.wall_ms,
@@ -123,7 +181,8 @@ enum vw_status vw_sweep_time_steps(struct vw_sweep_state *state) {
 }
 
 uint64_t vw_sweep_steps(const struct vw_sweep_state *state, uint32_t configuration) {
-    return (uint64_t)state->configurations->configurations[configuration].config.epochs * state->retrainer.train_count;
+    return (uint64_t)state->configurations->configurations[configuration].config.epochs *
+           state->session.scene->split_count[VW_SPLIT_TRAIN];
 }
 
 void vw_sweep_step_ms(const struct vw_sweep_state *state, uint32_t configuration, double *train_ms, double *value_ms) {
@@ -183,9 +242,9 @@ static enum vw_status measure_seed(struct vw_sweep_state *state, uint32_t config
     return status;
 }
 
-enum vw_status vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configuration, bool *found) {
-    return vw_sweeps_find(state->store, state->configuration_ids[configuration], "val_psnr", found,
-                          &state->measured[configuration].val_psnr);
+bool vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configuration) {
+    return vw_sweep_store_find(&state->store, state->configuration_ids[configuration], "val_psnr",
+                               &state->measured[configuration].val_psnr);
 }
 
 // Returns whether the base's pixels are measured; without masks, or where appearance fits left halves, others are.
@@ -209,7 +268,9 @@ enum vw_status vw_sweep_measure_psnr(struct vw_sweep_state *state, uint32_t conf
         status = measure_seed(state, configuration, seed, &psnr_db);
         sum_db += psnr_db;
     }
-    const struct vw_measurement measurement = {"val_psnr", same ? sum_db / state->params->common.seeds : NAN};
-    state->measured[configuration].val_psnr = measurement.value;
-    return status ? status : vw_sweeps_keep(state->store, state->configuration_ids[configuration], &measurement, 1);
+    double psnr_db = same ? sum_db / state->params->common.seeds : NAN;
+    if (status) return status;
+    state->measured[configuration].val_psnr = psnr_db;
+    vw_sweep_store_set(&state->store, state->configuration_ids[configuration], "val_psnr", psnr_db);
+    return vw_sweep_store_save(&state->store);
 }

@@ -13,6 +13,36 @@
 
 enum { SEEDS_MAX = 50 };
 
+#define SHOWN(column_kind, member, heading, digits_shown)                                                              \
+    { VW_CELL(#member, struct vw_sweep_metrics, column_kind, member), .title = heading, .digits = digits_shown }
+static const struct vw_column columns[] = {
+    SHOWN(TEXT, configuration, "configuration", 0),
+    VW_COLUMN(struct vw_sweep_metrics, TEXT, parameter),
+    VW_COLUMN(struct vw_sweep_metrics, TEXT, value),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, base),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, epochs),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, steps),
+    SHOWN(REAL_OR_NULL, train_ms, "step, ms", 2),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, value_ms),
+    SHOWN(REAL_OR_NULL, scoring_ratio, "ratio", 2),
+    SHOWN(REAL_OR_NULL, run_seconds, "run, s", 1),
+    SHOWN(REAL_OR_NULL, device_mib, "MiB", 1),
+    SHOWN(REAL_OR_NULL, val_psnr, "PSNR, dB", 2),
+    SHOWN(COUNT, psnr_pareto_front, "front by PSNR", 0),
+    VW_COLUMN(struct vw_sweep_metrics, TEXT, method),
+    SHOWN(COUNT, score_pareto_front, "front by scores", 0),
+    SHOWN(REAL_OR_NULL, seed_pearson, "r seeds", 3),
+    SHOWN(REAL_OR_NULL, seed_spearman, "rho", 3),
+    SHOWN(REAL_OR_NULL, agreement_pearson, "r reference", 3),
+    SHOWN(REAL_OR_NULL, agreement_spearman, "rho", 3),
+    SHOWN(REAL_OR_NULL, all_pixels_pearson, "r all pixels", 3),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, all_pixels_spearman),
+};
+
+struct vw_rows vw_sweep_rows(const struct vw_sweep_metrics *metrics, uint32_t count) {
+    return VW_ROWS(columns, metrics, count);
+}
+
 // ---- From ledgers to score tables ----
 
 // Reads the scores of a configuration's runs, method by method: values[seed * photo_count + photo].
@@ -92,11 +122,7 @@ static struct vw_sweep_metrics begin_metric(const struct vw_sweep_state *state, 
                                      .device_mib = measured->device_bytes / 0x1p20,
                                      .val_psnr = measured->val_psnr,
                                      .all_pixels_pearson = NAN,
-                                     .all_pixels_spearman = NAN,
-                                     .auc = NAN,
-                                     .lds = NAN,
-                                     .lds_ci_low = NAN,
-                                     .lds_ci_high = NAN};
+                                     .all_pixels_spearman = NAN};
 }
 
 static enum vw_status add_metrics(const struct vw_sweep_state *state, const struct vw_score_tables *all,
@@ -122,10 +148,6 @@ static enum vw_status add_metrics(const struct vw_sweep_state *state, const stru
             status = compare_configurations(tables, table, all_pixels, &metric->all_pixels_pearson,
                                             &metric->all_pixels_spearman);
     }
-    const struct vw_sweep_evaluator *evaluator = state->params->evaluator;
-    if (!status && evaluator)
-        status =
-            evaluator->evaluate(evaluator->context, &state->retrainer, tables, sweep->metrics + sweep->metric_count);
     if (!status) sweep->metric_count += tables->count;
     return status;
 }
@@ -166,6 +188,8 @@ enum vw_status vw_sweep_make_metrics(struct vw_sweep_state *state, struct vw_swe
             first = strcmp(sweep->metrics[j].method, sweep->metrics[i].method) != 0;
         if (first) mark_fronts(sweep, sweep->metrics[i].method);
     }
+    const struct vw_sweep_follower *follower = state->params->follower;
+    if (!status && follower) status = follower->follow(follower->context, state, all);
     for (uint32_t i = 0; i < count && all; i++) vw_score_tables_free(&all[i]);
     free(all);
     return status;

@@ -5,13 +5,12 @@
 #include <stdbool.h>
 
 #include "base/hash.h"
-#include "experiment/retrain.h"
 #include "experiment/sweep/configurations.h"
+#include "experiment/sweep/store.h"
 #include "run/out_lock.h"
 
 struct vw_sweep; // and its params: experiment/sweep/sweep.h
 struct vw_sweep_params;
-struct vw_sweeps; // ledger/sweeps.h
 
 // Time of a step, median over rounds.
 struct vw_step_times {
@@ -29,11 +28,11 @@ struct vw_sweep_state {
     const struct vw_sweep_params *params;           // borrowed
     struct vw_out_lock *lock;                       // lock of OUT
     struct vw_session session;                      // the base's
-    struct vw_retrainer retrainer;                  // on that session
     struct vw_sweep_configurations *configurations; // borrowed from the sweep
     struct vw_measured_configuration measured[VW_CONFIGURATIONS_MAX];
+    char base_id[VW_HASH_HEX_BYTES]; // run_id of the base's training
     char configuration_ids[VW_CONFIGURATIONS_MAX][VW_HASH_HEX_BYTES];
-    struct vw_sweeps *store;
+    struct vw_sweep_store store;
 };
 
 // ---- measure.c ----
@@ -45,7 +44,7 @@ enum vw_status vw_sweep_time_steps(struct vw_sweep_state *state);
 char *vw_sweep_folder(const struct vw_sweep_state *state, uint32_t configuration);
 // Finds or measures the validation PSNR of the fields of a configuration's runs, on the photos of the base. A measured
 // one is recorded in the store.
-enum vw_status vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configuration, bool *found);
+bool vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configuration);
 enum vw_status vw_sweep_measure_psnr(struct vw_sweep_state *state, uint32_t configuration);
 // Returns the steps of a configuration's run.
 uint64_t vw_sweep_steps(const struct vw_sweep_state *state, uint32_t configuration);
@@ -57,7 +56,7 @@ void vw_sweep_step_ms(const struct vw_sweep_state *state, uint32_t configuration
 
 // ---- metrics.c ----
 
-// Computes the metrics from the ledgers of all configurations' runs, the measurements, and the trainings on halves.
+// Computes the metrics from the ledgers of all configurations' runs and the measurements, and calls the follower.
 enum vw_status vw_sweep_make_metrics(struct vw_sweep_state *state, struct vw_sweep *sweep);
 
 #endif

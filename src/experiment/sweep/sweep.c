@@ -11,6 +11,7 @@
 #include "experiment/experiment.h"
 #include "experiment/sweep/state.h"
 #include "run/outputs/report_folder.h"
+#include "train/trainer.h"
 #include "viewworth/log.h"
 
 // ---- Opening ----
@@ -25,7 +26,7 @@ static enum vw_status name_configuration(struct vw_sweep_state *state, uint32_t 
     if (!config) return VW_ERROR_MEMORY;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, "viewworth configuration 1");
-    vw_hasher_add_text(&hasher, state->retrainer.base_id);
+    vw_hasher_add_text(&hasher, state->base_id);
     vw_hasher_add_text(&hasher, config);
     vw_hasher_add_integer(&hasher, configuration->downscale);
     vw_hasher_add_integer(&hasher, state->params->common.seeds);
@@ -35,19 +36,21 @@ static enum vw_status name_configuration(struct vw_sweep_state *state, uint32_t 
     return VW_OK;
 }
 
-static enum vw_status open_files(struct vw_sweep_state *state) {
-    const struct vw_experiment_params *common = &state->params->common;
-    const struct vw_retrainer_params params = {.session = &state->session,
-                                               .config = common->config,
-                                               .out = common->out,
-                                               .together = common->together,
-                                               .averaged_epochs = VW_TRUTH_EPOCHS,
-                                               .interrupt = common->interrupt};
-    char *path = vw_path_join(common->out, "tradeoff.db");
-    enum vw_status status = path ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = vw_retrainer_open(&params, &state->retrainer);
-    if (!status) status = vw_sweeps_open(path, &state->store);
-    free(path);
+// Names the base's training: its run_id covers scene, device, driver and shaders.
+static enum vw_status name_base(struct vw_sweep_state *state) {
+    const struct vw_session *session = &state->session;
+    const struct vw_trainer_params params = {.gpu = session->devices[0].gpu,
+                                             .scene = session->scene,
+                                             .config = state->params->common.config,
+                                             .effects = session->effects,
+                                             .effect_count = session->effect_count,
+                                             .validate = true};
+    struct vw_trainer *trainer = NULL;
+    uint8_t run_id[VW_HASH_BYTES];
+    enum vw_status status = vw_trainer_create(&params, &trainer);
+    if (!status) status = vw_trainer_run_id(trainer, run_id);
+    if (!status) vw_hash_to_hex(run_id, state->base_id);
+    vw_trainer_destroy(&trainer);
     return status;
 }
 
@@ -57,7 +60,9 @@ static enum vw_status open_sweep(struct vw_sweep_state *state) {
     enum vw_status status = vw_experiment_open_session(common, &state->session);
     if (!status && !state->session.scene->split_count[VW_SPLIT_VAL])
         status = vw_fail(VW_ERROR_INPUT, "%s: has no validation photos; name some by --val", common->scene.path);
-    if (!status) status = open_files(state);
+    if (!status) status = vw_session_decide_effects(common->config, &state->session);
+    if (!status) status = name_base(state);
+    if (!status) status = vw_sweep_store_open(common->out, &state->store);
     if (!status)
         status = vw_sweep_configurations_list(common->config, downscale, state->params->parameters, &state->session,
                                               state->configurations);
@@ -69,21 +74,17 @@ static enum vw_status open_sweep(struct vw_sweep_state *state) {
 
 // Estimates from the time of steps; setting up and measuring are left out.
 static void log_duration(const struct vw_sweep_state *state) {
-    const struct vw_sweep_params *params = state->params;
-    uint32_t count = state->configurations->count, retrainings = params->evaluator ? params->evaluator->trainings : 0;
+    uint32_t count = state->configurations->count, seeds = state->params->common.seeds;
     double seconds = 0, train_ms, value_ms;
     char about[VW_DURATION_BYTES];
     for (uint32_t i = 0; i < count; i++) {
         vw_sweep_step_ms(state, i, &train_ms, &value_ms);
-        seconds += 1e-3 * value_ms * (double)vw_sweep_steps(state, i) * params->common.seeds;
+        seconds += 1e-3 * value_ms * (double)vw_sweep_steps(state, i) * seeds;
     }
-    vw_sweep_step_ms(state, 0, &train_ms, &value_ms);
-    seconds += 1e-3 * train_ms * (double)vw_sweep_steps(state, 0) * retrainings;
     vw_text_duration(seconds, about);
-    vw_log_info(
-        "tradeoff %u configurations with %u seeds each, and %u trainings of subsets: about %s in all, less what "
-        "is done already; Ctrl-C keeps what is done",
-        count, params->common.seeds, retrainings, about);
+    vw_log_info("tradeoff %u configurations with %u seeds each: about %s in all, less what is done already; Ctrl-C "
+                "keeps what is done",
+                count, seeds, about);
 }
 
 // Returns whether a configuration's folder has the ledgers of all seeds.
@@ -112,10 +113,9 @@ static enum vw_status make_runs(const struct vw_sweep_state *state, uint32_t pla
 
 // Makes a configuration's runs, which are finished if its PSNR is recorded.
 static enum vw_status make_configuration(struct vw_sweep_state *state, uint32_t place, const char *folder) {
-    bool known = false;
     const char *out = state->params->common.out;
+    bool known = vw_sweep_find_psnr(state, place);
     enum vw_status status = vw_folder_check_inside(out, folder + strlen(out) + 1); // the part below OUT
-    if (!status) status = vw_sweep_find_psnr(state, place, &known);
     if (status || (known && has_runs(&state->params->common, folder))) return status;
     status = make_runs(state, place, folder);
     return status || known ? status : vw_sweep_measure_psnr(state, place);
@@ -131,15 +131,6 @@ static enum vw_status make_configurations(struct vw_sweep_state *state) {
     return status;
 }
 
-// Trainings for an evaluation have other seeds than the valued runs: a shared initialisation would raise their
-// agreement.
-static enum vw_status train_evaluator(struct vw_sweep_state *state) {
-    const struct vw_sweep_evaluator *evaluator = state->params->evaluator;
-    const struct vw_experiment_params *common = &state->params->common;
-    if (!evaluator) return VW_OK;
-    return evaluator->train(evaluator->context, &state->retrainer, common->config->seed + common->seeds);
-}
-
 // ---- Results ----
 
 static enum vw_status write_results(struct vw_sweep_state *state, struct vw_sweep *sweep) {
@@ -147,10 +138,8 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
     const struct vw_report_params report = {.scene = state->session.scene, .options.no_thumbnails = true};
     sweep->csv_path = vw_path_join(out, "tradeoff.csv");
     if (!sweep->csv_path) return VW_ERROR_MEMORY;
-    enum vw_status status =
-        vw_sweeps_set_metrics(state->store, state->configuration_ids[0], sweep->metrics, sweep->metric_count);
     const struct vw_rows rows = vw_sweep_rows(sweep->metrics, sweep->metric_count);
-    if (!status) status = vw_rows_write_csv(sweep->csv_path, &rows);
+    enum vw_status status = vw_rows_write_csv(sweep->csv_path, &rows);
     if (!status) sweep->report_path = vw_report_folder_finish(out, &report);
     return status;
 }
@@ -159,15 +148,13 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
 
 static enum vw_status make(struct vw_sweep_state *state, struct vw_sweep *sweep) {
     const struct vw_experiment_params *common = &state->params->common;
-    const struct vw_sweep_evaluator *evaluator = state->params->evaluator;
-    enum vw_status status = vw_experiment_check(common, common->seeds + (evaluator ? evaluator->seeds : 0), true);
+    enum vw_status status = vw_experiment_check(common, common->seeds, true);
     if (!status) status = vw_out_lock_take(common->out, &state->lock);
     if (!status) status = open_sweep(state);
     if (!status) status = vw_sweep_time_steps(state);
     if (status) return status;
     log_duration(state);
     status = make_configurations(state);
-    if (!status) status = train_evaluator(state);
     if (!status) status = vw_sweep_make_metrics(state, sweep);
     return status ? status : write_results(state, sweep);
 }
@@ -182,8 +169,7 @@ enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_swe
     state->params = params;
     state->configurations = sweep->configurations;
     enum vw_status status = make(state, sweep);
-    vw_sweeps_close(&state->store);
-    vw_retrainer_close(&state->retrainer);
+    vw_sweep_store_close(&state->store);
     vw_session_close(&state->session);
     vw_out_lock_release(&state->lock);
     free(state);

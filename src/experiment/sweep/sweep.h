@@ -6,28 +6,55 @@
 
 #include <stdint.h>
 
+#include "base/rows.h"
 #include "experiment/experiment.h"
-#include "experiment/retrain.h"
 #include "experiment/sweep/configurations.h"
-#include "ledger/sweeps.h"
 #include "value/evaluation/score_tables.h"
 #include "viewworth/status.h"
 
-// An evaluation of the scores by further trainings, which a caller may add: it fills auc and lds of the metrics.
-struct vw_sweep_evaluator {
-    uint32_t seeds;     // that its trainings take, after those of the runs
-    uint32_t trainings; // number of trainings of the base's steps; for the estimate of the duration
-    enum vw_status (*train)(void *context, struct vw_retrainer *retrainer, uint64_t first_seed);
-    // `metrics` has one entry per table.
-    enum vw_status (*evaluate)(void *context, const struct vw_retrainer *retrainer,
-                               const struct vw_score_tables *tables, struct vw_sweep_metrics *metrics);
+// A configuration, and the quality of one method's scores there. Reals are NaN where there is no value; correlations
+// are in [-1,1].
+struct vw_sweep_metrics {
+    const char *configuration; // "base", "rays-125", "full_resolution", ...
+    const char *parameter;     // the parameter that it changes in the base configuration
+    const char *value;         // to what; of the base: every parameter with its value
+    uint32_t base;             // 1 for the base itself, 0 for the others; the same for the Pareto fronts
+    uint32_t epochs;
+    uint32_t steps;
+    // Wall clock of a step without and with scoring, by paired timing with the base; where the device is the CPU, the
+    // base's wall clock times the ratio of CPU times. Of the first steps, before the effect occupancy skips any sample.
+    double train_ms, value_ms;
+    double scoring_ratio; // value_ms / train_ms
+    double run_seconds;   // steps with scoring
+    double device_mib;
+    // dB, of the trained field on validation photos of the base's size, on 65,536 pixels spread evenly over those that
+    // have more; mean over the seeds. NaN where the configuration measures other pixels than the base (without masks,
+    // or appearance).
+    double val_psnr;
+    uint32_t psnr_pareto_front; // no other configuration takes less time for as high a val_psnr
+    const char *method;
+    uint32_t score_pareto_front;                  // the same for agreement_pearson
+    double seed_pearson, seed_spearman;           // scores of two seeds; mean over pairs
+    double agreement_pearson, agreement_spearman; // with the scores of the full_resolution configuration with the same
+                                                  // seed; mean over the seeds
+    double all_pixels_pearson,
+        all_pixels_spearman; // the same with those of the same trainings, scored on all validation pixels
+};
+
+// Returns the rows of tradeoff.csv: all columns in the order above, with the names of the members.
+struct vw_rows vw_sweep_rows(const struct vw_sweep_metrics *metrics, uint32_t count);
+
+struct vw_sweep_state; // experiment/sweep/state.h
+// A function that is called with a sweep that is done, before it closes; `tables` has the scores of each configuration.
+struct vw_sweep_follower {
+    enum vw_status (*follow)(void *context, struct vw_sweep_state *state, const struct vw_score_tables *tables);
     void *context;
 };
 
 struct vw_sweep_params {
-    struct vw_experiment_params common;         // seeds: of every configuration
-    uint32_t parameters;                        // that are varied: bits of vw_sweep_parameters_parse(); 0: all
-    const struct vw_sweep_evaluator *evaluator; // NULL: none
+    struct vw_experiment_params common;       // seeds: of every configuration
+    uint32_t parameters;                      // that are varied: bits of vw_sweep_parameters_parse(); 0: all
+    const struct vw_sweep_follower *follower; // NULL: none
 };
 
 struct vw_sweep {
@@ -40,7 +67,7 @@ struct vw_sweep {
 };
 
 // Makes the sweep, or resumes it. Writes to OUT: configurations/<name>/seed_<seed>/ (experiment/experiment.h),
-// retrainings.db, tradeoff.db, report.html, and tradeoff.csv with a row per configuration and method and the columns of
+// measurements.json, report.html, and tradeoff.csv with a row per configuration and method and the columns of
 // vw_sweep_rows(). Free the result also after a failure.
 enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_sweep *sweep);
 void vw_sweep_free(struct vw_sweep *sweep);

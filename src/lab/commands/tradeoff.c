@@ -4,8 +4,6 @@
 
 enum vw_status vw_lab_tradeoff(const struct vw_options *options) {
     struct vw_sweep_evaluation evaluation = {.halves = vw_lab_options(options)->halves};
-    const struct vw_sweep_evaluator evaluator = vw_sweep_evaluator_of(&evaluation);
-    enum vw_status status = vw_tradeoff_make(options, &evaluator);
-    vw_sweep_evaluation_free(&evaluation);
-    return status;
+    const struct vw_sweep_follower follower = {vw_sweep_evaluate, &evaluation};
+    return vw_tradeoff_make(options, &follower);
 }

@@ -6,7 +6,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "ledger/retraining_store.h"
 #include "value/evaluation/paired_comparison.h"
 #include "value/evaluation/subsets.h"
 #include "viewworth/status.h"
@@ -33,6 +32,16 @@ struct vw_evaluation {
     const struct vw_scorer *scorers;
     uint32_t scorer_count;
     uint32_t seed_count; // valued seeds
+};
+
+// One value of a benchmark.
+enum { VW_METRIC_BYTES = 48 };
+struct vw_metric {
+    char metric[VW_METRIC_BYTES]; // "auc/blur", "lds/val_psnr", ...
+    const char *method;           // evaluated: the name of a method or of a baseline; borrowed
+    double value;                 // NaN becomes NULL
+    double ci_low, ci_high;       // 95 % interval; NaN where there is none
+    uint32_t count;               // sample size: pairs, photos, subsets or trainings
 };
 
 // A growing list; begins all zero. Free `rows`.

@@ -4,19 +4,23 @@
 
 #include "experiment/retrain.h"
 #include "experiment/sweep/sweep.h"
-#include "value/evaluation/subsets.h"
+
+enum { VW_HALF_SEEDS = 2 }; // trainings of each half
 
 struct vw_sweep_evaluation {
-    uint32_t halves;           // random halves of the photos, each trained on twice; 0: none
-    struct vw_subsets subsets; // filled by the sweep
+    uint32_t halves; // random halves of the photos, each trained on VW_HALF_SEEDS times; 0: none
 };
 
 // Lists the ground-truth label of every photo that a retrainer may train on: "clean", or what corrupts it; `known`
 // tells whether the scene has any label. The array is owned by the caller, NULL when memory is short; the texts are the
 // scene's.
 const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known);
-// Returns an evaluator whose context is `evaluation`.
-struct vw_sweep_evaluator vw_sweep_evaluator_of(struct vw_sweep_evaluation *evaluation);
-void vw_sweep_evaluation_free(struct vw_sweep_evaluation *evaluation);
+// Evaluates the scores of all configurations; a vw_sweep_follower whose context is a struct vw_sweep_evaluation. Trains
+// on the halves with the seeds after those of the runs: a shared initialisation would raise their agreement. Writes
+// OUT/evaluation.csv, a row per configuration and method:
+// - auc: probability that a clean photo scores above a corrupted one
+// - lds, lds_ci_low, lds_ci_high: Spearman's correlation of summed scores of halves with what trainings on them reach,
+//   and its 95 % interval over the halves
+enum vw_status vw_sweep_evaluate(void *context, struct vw_sweep_state *state, const struct vw_score_tables *tables);
 
 #endif

@@ -7,7 +7,6 @@
 #include <stdint.h>
 
 #include "base/statistics.h"
-#include "ledger/retraining_store.h"
 
 enum { VW_RESAMPLES = 1000 };
 

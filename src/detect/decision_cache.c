@@ -1,4 +1,10 @@
-#include "detect/verdict_cache.h"
+// The decisions of pilots, kept from run to run: the same scene, pilots, device and version decide at once, and alike.
+//
+// A file per search in the user's cache folder (base/cache.h): a BLAKE2b-256 of its key and of what follows, in hex, a
+// line end, and the decisions as run.effects_json. A file that is damaged, of another key or not plausible counts as
+// missing, and the pilots are made again. No cache is worth an error. Files are replaced as a whole, so that several
+// programs may share the folder.
+#include "detect/decide.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -10,7 +16,6 @@
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "detect/decide.h"
 #include "detect/effects_text.h"
 #include "detect/pilots.h"
 #include "train/effects/contraction.h"

@@ -7,7 +7,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "detect/verdict_cache.h"
+#include "detect/decide.h"
 #include "support/detection_cases.h"
 #include "support/plain_config.h"
 #include "support/temporary_folder.h"
