@@ -19,6 +19,8 @@ struct work {
     struct vw_comparison *comparison;
     struct vw_out_lock *lock; // lock of OUT
     struct vw_retrainer retrainer;
+    struct vw_retrain_params *retrainings; // owned; [training][list]
+    uint32_t *views;                       // owned; their photos
     char *renders_folder,
         *pictures_folder; // owned: OUT/renders, and in it the folder for pictures of single retrainings
 };
@@ -136,16 +138,6 @@ static enum vw_status plan(struct work *work) {
 
 // ---- Training ----
 
-static struct vw_retrain_params retraining_of(struct vw_comparison *comparison, uint32_t list, uint32_t training) {
-    uint32_t valuation = training / comparison->params->common.seeds;
-    struct vw_photo_sets *sets = valuation ? &comparison->other_sets[valuation - 1] : &comparison->sets;
-    uint64_t seed = comparison->params->common.config->seed + training;
-    return (struct vw_retrain_params){.views = vw_photo_sets_draw(sets, list, seed),
-                                      .view_count = sets->lists[list].count,
-                                      .seed = seed,
-                                      .epochs = sets->lists[list].epochs};
-}
-
 static enum vw_status open_retrainer(struct work *work) {
     const struct vw_experiment_params *common = &work->params->common;
     struct vw_session *session = &work->comparison->session;
@@ -163,51 +155,45 @@ static enum vw_status open_retrainer(struct work *work) {
     return VW_OK;
 }
 
-// Trains the lists with one seed at the same time.
-static enum vw_status train_lists(struct work *work, uint32_t training) {
-    struct vw_comparison *comparison = work->comparison;
-    struct vw_retrain_params retrainings[VW_PHOTO_SETS_MAX];
-    struct vw_retrain_result results[VW_PHOTO_SETS_MAX];
-    uint32_t count = comparison->sets.count;
-    for (uint32_t l = 0; l < count; l++) retrainings[l] = retraining_of(comparison, l, training);
-    enum vw_status status = vw_retrain(&work->retrainer, retrainings, count, results);
-    for (uint32_t l = 0; !status && l < count; l++)
-        comparison->results[(size_t)l * comparison->training_count + training] = results[l];
-    return status;
-}
-
-// Tells the price of all trainings. Copies their photos, because a random list has those drawn last.
-static enum vw_status announce(struct work *work) {
+// Lists the retrainings of all lists, seed by seed, so that an interrupted comparison has whole pairs. Copies their
+// photos, because a random list has those drawn last.
+static enum vw_status list_retrainings(struct work *work) {
     struct vw_comparison *comparison = work->comparison;
     uint32_t lists = comparison->sets.count, count = lists * comparison->training_count;
     size_t photos = work->retrainer.train_count;
-    struct vw_retrain_params *retrainings = vw_allocate(count, sizeof *retrainings);
-    uint32_t *views = vw_allocate(count * photos, sizeof *views);
-    enum vw_status status = retrainings && views ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < count; i++) {
-        retrainings[i] = retraining_of(comparison, i % lists, i / lists);
-        retrainings[i].views =
-            memcpy(views + i * photos, retrainings[i].views, retrainings[i].view_count * sizeof *views);
+    work->retrainings = vw_allocate(count, sizeof *work->retrainings);
+    work->views = vw_allocate(count * photos, sizeof *work->views);
+    if (!work->retrainings || !work->views) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t list = i % lists, valuation = i / lists / comparison->params->common.seeds;
+        struct vw_photo_sets *sets = valuation ? &comparison->other_sets[valuation - 1] : &comparison->sets;
+        uint64_t seed = comparison->params->common.config->seed + i / lists;
+        const uint32_t *drawn = vw_photo_sets_draw(sets, list, seed);
+        uint32_t view_count = sets->lists[list].count;
+        work->retrainings[i] =
+            (struct vw_retrain_params){.views = memcpy(work->views + i * photos, drawn, view_count * sizeof *drawn),
+                                       .view_count = view_count,
+                                       .seed = seed,
+                                       .epochs = sets->lists[list].epochs};
     }
-    if (!status) status = vw_retrainer_announce(&work->retrainer, retrainings, count);
-    free(retrainings);
-    free(views);
-    return status;
+    return VW_OK;
 }
 
-// Trains seed by seed, so that an interrupted comparison has whole pairs. Retrainings with the first seed save the
-// pictures for the renders.
+// Makes the retrainings. Those with the first seed save the pictures for the renders.
 static enum vw_status train(struct work *work) {
     struct vw_comparison *comparison = work->comparison;
-    struct vw_retrainer *retrainer = &work->retrainer;
-    enum vw_status status = announce(work);
-    retrainer->planned = (uint64_t)comparison->sets.count * comparison->training_count;
-    retrainer->saved_views =
-        (struct vw_saved_views){.views = comparison->rendered_views, .folder = work->pictures_folder};
-    for (uint32_t s = 0; !status && s < comparison->training_count; s++) {
-        retrainer->saved_views.count = s ? 0 : comparison->rendered_count;
-        status = train_lists(work, s);
-    }
+    uint32_t lists = comparison->sets.count, count = lists * comparison->training_count;
+    struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
+    enum vw_status status = results ? list_retrainings(work) : VW_ERROR_MEMORY;
+    work->retrainer.saved_views = (struct vw_saved_views){.views = comparison->rendered_views,
+                                                          .count = comparison->rendered_count,
+                                                          .folder = work->pictures_folder,
+                                                          .seed = comparison->params->common.config->seed};
+    if (!status) status = vw_retrainer_announce(&work->retrainer, work->retrainings, count);
+    if (!status) status = vw_retrain(&work->retrainer, work->retrainings, count, results);
+    for (uint32_t i = 0; !status && i < count; i++)
+        comparison->results[(size_t)(i % lists) * comparison->training_count + i / lists] = results[i];
+    free(results);
     return status;
 }
 
@@ -219,8 +205,7 @@ static enum vw_status write_render(struct work *work, uint32_t place) {
     enum vw_status status = to ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t l = 0; !status && l < comparison->sets.count; l++) {
         char id[VW_HASH_HEX_BYTES];
-        const struct vw_retrain_params retraining = retraining_of(comparison, l, 0);
-        vw_retrainer_name(&work->retrainer, &retraining, id);
+        vw_retrainer_name(&work->retrainer, &work->retrainings[l], id); // with the first seed
         pictures[l] = vw_saved_view_path(&work->retrainer.saved_views, id, comparison->rendered_views[place]);
         if (!pictures[l]) status = VW_ERROR_MEMORY;
     }
@@ -230,27 +215,15 @@ static enum vw_status write_render(struct work *work, uint32_t place) {
     return status;
 }
 
-static enum vw_status write_json(const struct vw_comparison *comparison) {
-    char *path = vw_path_join(comparison->params->common.out, "compare.json");
-    json_t *root = vw_comparison_to_json(comparison);
-    char *bare = vw_json_to_text(root, JSON_INDENT(2)), *text = bare ? vw_format_text("%s\n", bare) : NULL;
-    json_decref(root);
-    free(bare);
-    enum vw_status status = VW_OK;
-    if (!path || !text) status = vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the comparison");
-    if (!status) status = vw_file_write(path, text, strlen(text));
-    free(path);
-    free(text);
-    return status;
-}
-
 static enum vw_status write_results(struct work *work) {
     const struct vw_experiment_params *common = &work->params->common;
     struct vw_comparison *comparison = work->comparison;
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < comparison->rendered_count; i++) status = write_render(work, i);
     if (!status) status = vw_comparison_write_csv(comparison);
-    if (!status) status = write_json(comparison);
+    char *path = vw_path_join(common->out, "compare.json");
+    if (!status) status = vw_json_write_file(path, vw_comparison_to_json(comparison));
+    free(path);
     if (status) return status;
     const struct vw_report_params report = {comparison->session.scene, common->devices.first, common->report, NULL};
     comparison->report_path = vw_report_folder_finish(common->out, &report);
@@ -280,6 +253,8 @@ enum vw_status vw_comparison_make(const struct vw_comparison_params *params, str
     *comparison = (struct vw_comparison){.params = params};
     struct work work = {.params = params, .comparison = comparison};
     enum vw_status status = make(&work);
+    free(work.retrainings);
+    free(work.views);
     free(work.renders_folder);
     free(work.pictures_folder);
     vw_retrainer_close(&work.retrainer);

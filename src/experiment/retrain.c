@@ -11,7 +11,6 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "base/text.h"
-#include "gpu/compute.h"
 #include "run/plan/estimate.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
@@ -29,6 +28,14 @@ static bool gains(const struct vw_retrain_params *retraining) {
     return retraining->photo_count > 0 && retraining->photos_of == VW_RETRAIN_PHOTOS_GAINS;
 }
 
+// Returns the views of which the retraining saves a picture.
+static struct vw_saved_views saved_by(const struct vw_retrainer *retrainer,
+                                      const struct vw_retrain_params *retraining) {
+    struct vw_saved_views saved = retrainer->saved_views;
+    if (saved.seed != retraining->seed) saved.count = 0;
+    return saved;
+}
+
 // Lists the photos that a retraining leaves out.
 static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
     uint32_t count = 0, kept = 0;
@@ -41,16 +48,15 @@ static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_re
 // Fills the params of a trainer: on all photos of which it keeps the retraining's, on these alone, or on all if it
 // names none. The params borrow from `config`, which it fills, too.
 static struct vw_trainer_params params_of(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
-                                          uint32_t seat, struct vw_config *config) {
+                                          uint32_t device, struct vw_config *config) {
     const struct vw_session *session = retrainer->params.session;
-    const struct vw_training_device *device = &session->devices[seat % session->device_count];
     bool some = retraining->view_count > 0, alone = some && retrainer->params.equal == VW_EQUAL_EPOCHS;
     *config = *retrainer->params.config;
     config->seed = retraining->seed;
     vw_config_set_epochs(config, epochs_of(retrainer, retraining));
     if (!gains(retraining)) config->val_rays = vw_config_default.val_rays;
     config->burn_in_epochs = vw_config_default.burn_in_epochs;
-    return (struct vw_trainer_params){.gpu = device->gpu,
+    return (struct vw_trainer_params){.gpu = session->devices[device].gpu,
                                       .scene = session->scene,
                                       .config = config,
                                       .effects = session->effects,
@@ -60,29 +66,24 @@ static struct vw_trainer_params params_of(struct vw_retrainer *retrainer, const 
                                       .left_out_views = retrainer->left_out,
                                       .left_out_count = some && !alone ? list_left_out(retrainer, retraining) : 0,
                                       .validate = gains(retraining),
-                                      .submissions = device->submissions};
+                                      .submissions = session->devices[device].submissions};
 }
 
 static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
-                                     uint32_t seat, struct vw_trainer **trainer) {
+                                     uint32_t device, struct vw_trainer **trainer) {
     struct vw_config config;
-    const struct vw_trainer_params params = params_of(retrainer, retraining, seat, &config);
+    const struct vw_trainer_params params = params_of(retrainer, retraining, device, &config);
     return vw_trainer_create(&params, trainer);
 }
 
-// Creates the trainer of one retraining: its run_id covers all that they share. Also shows how much memory one needs.
+// Creates the trainer of one retraining: its run_id covers all that they share.
 static enum vw_status try_base(struct vw_retrainer *retrainer) {
-    const struct vw_retrainer_params *params = &retrainer->params;
     struct vw_trainer *trainer = NULL;
     uint8_t run_id[VW_HASH_BYTES];
-    const struct vw_training_device *device = &params->session->devices[0];
-    uint64_t before = vw_submissions_unshared_bytes(device->submissions, device->gpu);
     enum vw_status status = create_trainer(retrainer, &(struct vw_retrain_params){.seed = 0}, 0, &trainer);
     if (!status) status = vw_trainer_run_id(trainer, run_id);
-    uint64_t bytes = vw_submissions_unshared_bytes(device->submissions, device->gpu) - before;
     vw_trainer_destroy(&trainer);
     if (status) return status;
-    retrainer->at_a_time = vw_session_at_a_time(params->session, params->together, bytes);
     vw_hash_to_hex(run_id, retrainer->base_id);
     vw_hash_to_hex(retrainer->params.session->scene->hash, retrainer->scene_hash);
     return VW_OK;
@@ -140,9 +141,9 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hash_to_hex(hash, id);
 }
 
-// A place for a retraining; seat i is on device i modulo their number.
-struct seat {
-    struct vw_trainer *trainer; // NULL: the seat is free
+// A retraining on its way.
+struct making {
+    struct vw_trainer *trainer; // NULL: it is not made now
     const struct vw_retrain_params *retraining;
     struct vw_retrain_result *result;
     char id[VW_HASH_HEX_BYTES];
@@ -150,7 +151,6 @@ struct seat {
     struct vw_retrain_view *views; // owned; means over these ends, then the gains
     uint32_t view_count;
     double val_psnr; // after the last step, of gains; NaN: no step had a value yet
-    double cpu_s;
 };
 
 // The measurements of single views.
@@ -212,14 +212,15 @@ static void free_measured(struct measured_views *measured) {
 
 // Measures both splits at once, since setting up costs most when few pixels are measured. Free the measurements also
 // after a failure.
-static enum vw_status measure(const struct vw_retrainer *retrainer, const struct seat *seat,
+static enum vw_status measure(const struct vw_retrainer *retrainer, const struct making *making,
                               struct measured_views *measured, struct vw_retrain_result *result) {
     const struct vw_scene *scene = retrainer->params.session->scene;
-    enum vw_status status = list_measured_views(scene, seat->retraining, measured);
+    const struct vw_saved_views saved = saved_by(retrainer, making->retraining);
+    enum vw_status status = list_measured_views(scene, making->retraining, measured);
     if (!status && retrainer->params.whole_views)
-        status = vw_whole_views_measure(seat->trainer, measured->views, measured->count, &retrainer->saved_views,
-                                        seat->id, measured->errors, measured->ssims);
-    else if (!status) status = measure_shares(seat->trainer, scene, measured);
+        status = vw_whole_views_measure(making->trainer, measured->views, measured->count, &saved, making->id,
+                                        measured->errors, measured->ssims);
+    else if (!status) status = measure_shares(making->trainer, scene, measured);
     if (status) return status;
     average_split(scene, VW_SPLIT_VAL, measured, &result->val_psnr, &result->val_ssim, &result->val_l1);
     average_split(scene, VW_SPLIT_TEST, measured, &result->test_psnr, &result->test_ssim, &result->test_l1);
@@ -270,37 +271,43 @@ static void report_progress(struct vw_retrainer *retrainer) {
 
 // ---- Several at a time ----
 
-// Retrainings on their way. The first failure is the one to report: no other retraining begins then, but those that
-// have begun are finished and kept.
+// The retrainings of a call.
 struct work {
     struct vw_retrainer *retrainer;
-    struct seat seats[VW_SESSION_TRAININGS_MAX];
-    uint32_t busy;
-    double counted_cpu_s; // shared out among the seats
-    struct vw_first_failure failure;
+    const struct vw_retrain_params *retrainings;
+    struct vw_retrain_result *results;
+    struct making *makings; // owned; by retraining
+    uint32_t count;
 };
 
-static void share_cpu_time(struct work *work) {
-    double now_s = vw_cpu_s();
-    for (uint32_t i = 0; i < work->retrainer->at_a_time; i++)
-        if (work->seats[i].trainer) work->seats[i].cpu_s += (now_s - work->counted_cpu_s) / work->busy;
-    work->counted_cpu_s = now_s;
-}
-
 static bool is_being_made(const struct work *work, const char *id) {
-    for (uint32_t i = 0; i < work->retrainer->at_a_time; i++)
-        if (work->seats[i].trainer && !strcmp(work->seats[i].id, id)) return true;
-    return false;
+    bool made = false;
+    for (uint32_t i = 0; i < work->count && !made; i++)
+        made = work->makings[i].trainer && !strcmp(work->makings[i].id, id);
+    return made;
 }
 
 // Holds the trainer at the end of the epoch that is measured next: the last of them is the end of the training.
-static void release(struct seat *seat) {
-    uint64_t epoch = vw_trainer_epoch_end(seat->trainer, 1), left = seat->ends - 1 - seat->measured;
-    uint64_t total = seat->retraining->view_count > 0 ? vw_trainer_total_steps(seat->trainer) : 0;
-    vw_trainer_stop_after(seat->trainer, total - left * epoch);
+static void release(struct making *making) {
+    uint64_t epoch = vw_trainer_epoch_end(making->trainer, 1), left = making->ends - 1 - making->measured;
+    uint64_t total = making->retraining->view_count > 0 ? vw_trainer_total_steps(making->trainer) : 0;
+    vw_trainer_stop_after(making->trainer, total - left * epoch);
 }
 
-// ---- Beginning and ending ----
+// Finds the recorded result, if it lacks nothing.
+static enum vw_status recall(struct vw_retrainer *retrainer, const struct making *making, bool *found) {
+    const struct vw_retrain_params *retraining = making->retraining;
+    const struct vw_saved_views saved = saved_by(retrainer, retraining);
+    struct vw_retrain_result recorded;
+    *found = false;
+    enum vw_status status = vw_retraining_store_find(retrainer->retrainings, making->id, found, &recorded);
+    *found = !status && *found && vw_saved_views_exist(&saved, making->id);
+    if (*found && retraining->photo_count > 0)
+        status = vw_retraining_store_recall_views(retrainer->retrainings, making->id, retraining->photos,
+                                                  retraining->photo_count, found);
+    if (!status && *found) *making->result = recorded;
+    return status;
+}
 
 static enum vw_status fail_interrupted(const char *out) {
     if (!out) return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; no retraining made again has differed so far");
@@ -308,146 +315,140 @@ static enum vw_status fail_interrupted(const char *out) {
                    out);
 }
 
-static enum vw_status sit_down(struct work *work, const struct vw_retrain_params *retraining, const char *id,
-                               struct vw_retrain_result *result) {
-    struct vw_retrainer *retrainer = work->retrainer;
-    struct seat *seat = work->seats;
+static enum vw_status create(struct vw_retrainer *retrainer, struct making *making, uint32_t device) {
+    const struct vw_retrain_params *retraining = making->retraining;
+    uint32_t epochs = epochs_of(retrainer, retraining), averaged = retrainer->params.averaged_epochs;
     if (vw_interrupt_requested(&retrainer->params.interrupt)) return fail_interrupted(retrainer->params.out);
-    while (seat->trainer) seat++;
-    share_cpu_time(work);
-    *seat = (struct seat){.retraining = retraining, .result = result, .ends = 1, .val_psnr = NAN};
+    making->ends = retraining->view_count > 0 && averaged > 1 ? averaged : 1;
+    if (making->ends > epochs) making->ends = epochs;
+    making->val_psnr = NAN;
+    *making->result = (struct vw_retrain_result){0};
     for (uint32_t i = 0; i < retraining->photo_count; i++) retraining->photos[i].psnr_db = 0;
-    if (retraining->view_count > 0 && retrainer->params.averaged_epochs > 1)
-        seat->ends = retrainer->params.averaged_epochs;
-    if (seat->ends > epochs_of(retrainer, retraining)) seat->ends = epochs_of(retrainer, retraining);
-    *result = (struct vw_retrain_result){0};
-    snprintf(seat->id, sizeof seat->id, "%s", id);
-    enum vw_status status = create_trainer(retrainer, retraining, (uint32_t)(seat - work->seats), &seat->trainer);
-    work->busy += !status;
-    if (!status) release(seat);
+    enum vw_status status = create_trainer(retrainer, retraining, device, &making->trainer);
+    if (!status) release(making);
     return status;
 }
 
-// Begins a retraining, or recalls it. False: an equal one is being made.
-static bool begin(struct work *work, const struct vw_retrain_params *retraining, struct vw_retrain_result *result) {
-    struct vw_retrainer *retrainer = work->retrainer;
-    struct vw_retrain_result recorded = {0};
-    char id[VW_HASH_HEX_BYTES];
-    bool found = false;
-    vw_retrainer_name(retrainer, retraining, id);
-    if (is_being_made(work, id)) return false;
-    enum vw_status status = vw_retraining_store_find(retrainer->retrainings, id, &found, &recorded);
-    found = found && vw_saved_views_exist(&retrainer->saved_views, id);
-    if (!status && found && retraining->photo_count > 0)
-        status = vw_retraining_store_recall_views(retrainer->retrainings, id, retraining->photos,
-                                                  retraining->photo_count, &found);
-    retrainer->recalled += !status && found;
-    if (!status && found) *result = recorded;
-    else if (!status) status = sit_down(work, retraining, id, result);
-    vw_first_failure_note(&work->failure, status);
-    return true;
+// Begins a retraining, or recalls it. One that equals another that is being made waits for that one.
+static enum vw_status begin(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer) {
+    struct work *work = context;
+    struct making *making = &work->makings[seat->place];
+    bool recalled = false;
+    making->retraining = &work->retrainings[seat->place];
+    making->result = &work->results[seat->place];
+    vw_retrainer_name(work->retrainer, making->retraining, making->id);
+    *answer = VW_POOL_WAITS;
+    if (is_being_made(work, making->id)) return VW_OK;
+    enum vw_status status = recall(work->retrainer, making, &recalled);
+    work->retrainer->recalled += recalled;
+    *answer = recalled ? VW_POOL_NO_SEAT : VW_POOL_SEATED;
+    return status || recalled ? status : create(work->retrainer, making, seat->device);
 }
 
-static enum vw_status add_views(struct seat *seat, const struct measured_views *measured) {
-    const struct vw_retrain_params *retraining = seat->retraining;
-    if (!seat->views) seat->views = vw_allocate(measured->count + retraining->photo_count, sizeof *seat->views);
-    if (!seat->views) return VW_ERROR_MEMORY;
-    seat->view_count = measured->count;
+static enum vw_status add_views(struct making *making, const struct measured_views *measured) {
+    const struct vw_retrain_params *retraining = making->retraining;
+    if (!making->views) making->views = vw_allocate(measured->count + retraining->photo_count, sizeof *making->views);
+    if (!making->views) return VW_ERROR_MEMORY;
+    making->view_count = measured->count;
     for (uint32_t i = 0; i < measured->count; i++) {
-        seat->views[i].image_id = measured->views[i];
-        seat->views[i].psnr_db += vw_psnr_db(measured->errors[i].mse) / seat->ends;
+        making->views[i].image_id = measured->views[i];
+        making->views[i].psnr_db += vw_psnr_db(measured->errors[i].mse) / making->ends;
     }
     return VW_OK;
 }
 
 // Sums up what steps gain. A step without a value gains nothing: the next one that has a value takes what it did.
-static void add_gains(struct seat *seat, const struct vw_step_record *records, uint32_t count) {
-    const struct vw_retrain_params *retraining = seat->retraining;
+static void add_gains(struct making *making, const struct vw_step_record *records, uint32_t count) {
+    const struct vw_retrain_params *retraining = making->retraining;
     for (uint32_t i = 0; gains(retraining) && i < count; i++) {
         if (!isfinite(records[i].val_psnr)) continue;
         for (uint32_t photo = 0; photo < retraining->photo_count; photo++)
             if (retraining->photos[photo].image_id == records[i].view)
-                retraining->photos[photo].psnr_db += records[i].val_psnr - seat->val_psnr;
-        seat->val_psnr = records[i].val_psnr;
+                retraining->photos[photo].psnr_db += records[i].val_psnr - making->val_psnr;
+        making->val_psnr = records[i].val_psnr;
     }
 }
 
 // Fills the photos that were asked for, and makes rows of gains.
-static void take_photos(struct seat *seat) {
-    const struct vw_retrain_params *retraining = seat->retraining;
+static void take_photos(struct making *making) {
+    const struct vw_retrain_params *retraining = making->retraining;
     for (uint32_t i = 0; i < retraining->photo_count; i++)
-        if (gains(retraining)) seat->views[seat->view_count++] = retraining->photos[i];
-        else retraining->photos[i] = seat->views[seat->view_count - retraining->photo_count + i];
+        if (gains(retraining)) making->views[making->view_count++] = retraining->photos[i];
+        else retraining->photos[i] = making->views[making->view_count - retraining->photo_count + i];
 }
 
-static enum vw_status take_measures(const struct vw_retrainer *retrainer, struct seat *seat) {
-    struct vw_retrain_result measured, *mean = seat->result;
+static enum vw_status take_measures(const struct vw_retrainer *retrainer, struct making *making) {
+    struct vw_retrain_result measured, *mean = making->result;
     struct measured_views views;
-    enum vw_status status = measure(retrainer, seat, &views, &measured);
-    if (!status) status = add_views(seat, &views);
+    enum vw_status status = measure(retrainer, making, &views, &measured);
+    if (!status) status = add_views(making, &views);
     free_measured(&views);
     if (status) return status;
-    mean->val_psnr += measured.val_psnr / seat->ends;
-    mean->val_ssim += measured.val_ssim / seat->ends;
-    mean->val_l1 += measured.val_l1 / seat->ends;
-    mean->test_psnr += measured.test_psnr / seat->ends;
-    mean->test_ssim += measured.test_ssim / seat->ends;
-    mean->test_l1 += measured.test_l1 / seat->ends;
-    seat->measured++;
+    mean->val_psnr += measured.val_psnr / making->ends;
+    mean->val_ssim += measured.val_ssim / making->ends;
+    mean->val_l1 += measured.val_l1 / making->ends;
+    mean->test_psnr += measured.test_psnr / making->ends;
+    mean->test_ssim += measured.test_ssim / making->ends;
+    mean->test_l1 += measured.test_l1 / making->ends;
+    making->measured++;
     return VW_OK;
 }
 
-static enum vw_status finish(struct work *work, struct seat *seat) {
-    struct vw_retrainer *retrainer = work->retrainer;
-    struct vw_retrain_params made = *seat->retraining;
-    made.epochs = epochs_of(retrainer, seat->retraining);
-    share_cpu_time(work);
-    seat->result->seconds = seat->cpu_s;
-    take_photos(seat);
-    enum vw_status status = vw_retraining_store_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made,
-                                                    seat->result, seat->views, seat->view_count);
+// Takes one submission of steps, and measures where the trainer is held.
+static enum vw_status advance(void *context, const struct vw_pool_seat *seat, bool *ended) {
+    struct work *work = context;
+    struct making *making = &work->makings[seat->place];
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 0;
+    enum vw_status status = vw_trainer_advance(making->trainer, &records, &count);
+    if (!status && count > 0) add_gains(making, records, count);
+    if (status || count > 0) return status;
+    status = take_measures(work->retrainer, making);
+    *ended = making->measured == making->ends;
+    if (!status && !*ended) release(making);
+    return status;
+}
+
+static enum vw_status record(struct vw_retrainer *retrainer, struct making *making) {
+    struct vw_retrain_params made = *making->retraining;
+    made.epochs = epochs_of(retrainer, making->retraining);
+    take_photos(making);
+    enum vw_status status = vw_retraining_store_add(retrainer->retrainings, making->id, retrainer->scene_hash, &made,
+                                                    making->result, making->views, making->view_count);
     if (status) return status;
     retrainer->made++;
     report_progress(retrainer);
     return VW_OK;
 }
 
-// Takes one submission of steps of every retraining that is being made.
-static void advance(struct work *work) {
-    for (uint32_t i = 0; i < work->retrainer->at_a_time; i++) {
-        struct seat *seat = &work->seats[i];
-        const struct vw_step_record *records = NULL;
-        uint32_t count = 0;
-        if (!seat->trainer) continue;
-        enum vw_status status = vw_trainer_advance(seat->trainer, &records, &count);
-        if (!status && count > 0) {
-            add_gains(seat, records, count);
-            continue;
-        }
-        if (!status) status = take_measures(work->retrainer, seat);
-        if (!status && seat->measured < seat->ends) {
-            release(seat);
-            continue;
-        }
-        if (!status) status = finish(work, seat);
-        vw_first_failure_note(&work->failure, status);
-        share_cpu_time(work);
-        vw_trainer_destroy(&seat->trainer);
-        free(seat->views);
-        work->busy--;
-    }
+static enum vw_status end(void *context, const struct vw_pool_seat *seat, enum vw_status status) {
+    struct work *work = context;
+    struct making *making = &work->makings[seat->place];
+    making->result->seconds = seat->cpu_s;
+    if (!status) status = record(work->retrainer, making);
+    vw_trainer_destroy(&making->trainer);
+    free(making->views);
+    return status;
 }
 
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results) {
-    struct work work = {.retrainer = context, .counted_cpu_s = vw_cpu_s()};
-    for (uint32_t next = 0; work.busy > 0 || (!work.failure.status && next < count);) {
-        while (!work.failure.status && next < count && work.busy < work.retrainer->at_a_time &&
-               begin(&work, &retrainings[next], &results[next]))
-            next++;
-        advance(&work);
-    }
-    return vw_first_failure_report(&work.failure);
+    struct vw_retrainer *retrainer = context;
+    struct work work = {.retrainer = retrainer,
+                        .retrainings = retrainings,
+                        .results = results,
+                        .makings = vw_allocate(count, sizeof *work.makings),
+                        .count = count};
+    const struct vw_training_pool pool = {.devices = retrainer->params.session->devices,
+                                          .device_count = retrainer->params.session->device_count,
+                                          .together = retrainer->params.together,
+                                          .begin = begin,
+                                          .advance = advance,
+                                          .end = end,
+                                          .context = &work};
+    enum vw_status status = work.makings ? vw_training_pool_run(&pool, count) : VW_ERROR_MEMORY;
+    free(work.makings);
+    return status;
 }
 
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,

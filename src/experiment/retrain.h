@@ -37,7 +37,6 @@ struct vw_retrainer {
     struct vw_retraining_store *retrainings;
     uint32_t *train_views, train_count; // owned: scene indices of the photos that may be trained on
     uint32_t *left_out;                 // owned; scratch: as many
-    uint32_t at_a_time;                 // as many are made, on all devices of the session
     char base_id[VW_HASH_HEX_BYTES];    // run_id of the training on all of them with seed 0
     char scene_hash[VW_HASH_HEX_BYTES];
     uint64_t made, recalled;      // retrainings so far
@@ -60,8 +59,8 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
                                      uint32_t count);
 
 // Makes retrainings; a vw_retrain_function whose `context` is the retrainer. The views of a retraining are scene
-// indices; without any, the untrained field is measured. Makes several at a time (see src/train/shared_submissions.h)
-// on every device of the session, each with the result that it has alone. After a failure, and when the interrupt is
+// indices; without any, the untrained field is measured. Makes several at a time (train/training_pool.h) on every
+// device of the session, each with the result that it has alone. After a failure, and when the interrupt is
 // requested (VW_ERROR_INTERRUPTED), it finishes and keeps those that it has begun.
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);

@@ -27,7 +27,7 @@ struct work {
     struct vw_retrain_params *retrainings; // owned; different ones
     struct vw_retrain_view *judges;        // owned; the validation photos
     uint32_t judge_count;
-    double *psnr_db; // owned; [candidate][seed][judge]: of the list that the judge's scores did not select
+    double *psnr_db; // owned; [list][seed][judge]: of the list that the judge's scores did not select
 };
 
 // ---- Scores of halves ----
@@ -73,9 +73,9 @@ static enum vw_status prepare(struct work *work) {
         vw_log_info("list     none by lasting credit, which needs it by validation photo: viewworth lasting %s "
                     "--lasting-matrix",
                     run->recorded.out);
-    return status ? status
-                  : vw_candidates_make(&work->scorings, work->params->asked, work->params->asked_name,
-                                       &result->candidates);
+    return status
+               ? status
+               : vw_verified_lists_make(&work->scorings, work->params->asked, work->params->asked_name, &result->lists);
 }
 
 // ---- Training ----
@@ -91,17 +91,16 @@ static enum vw_status open_retrainer(struct work *work) {
     return vw_retrainer_open(&params, &work->retrainer);
 }
 
-// Sorts the lists that are trained on, every candidate by the scores of either half. Selections begin with the best
+// Sorts the lists that are trained on, every list by the scores of either half. Selections begin with the best
 // photo; a retraining has its photos in order.
-static void sort_lists(struct vw_candidates *candidates) {
-    for (uint32_t c = 0; c < candidates->count; c++)
+static void sort_lists(struct vw_verified_lists *lists) {
+    for (uint32_t c = 0; c < lists->count; c++)
         for (int half = 0; half < VW_HALVES; half++)
-            vw_sort_places(candidates->list[c].selections[half].image_ids, candidates->list[c].selections[half].count);
+            vw_sort_places(lists->of[c].selections[half].image_ids, lists->of[c].selections[half].count);
 }
 
-static struct vw_retrain_params retraining_of(const struct work *work, uint32_t candidate, uint8_t half,
-                                              uint32_t seed) {
-    const struct vw_selection *selection = &work->result->candidates.list[candidate].selections[half];
+static struct vw_retrain_params retraining_of(const struct work *work, uint32_t list, uint8_t half, uint32_t seed) {
+    const struct vw_selection *selection = &work->result->lists.of[list].selections[half];
     return (struct vw_retrain_params){
         .views = selection->image_ids, .view_count = selection->count, .seed = work->result->first_seed + seed};
 }
@@ -119,12 +118,12 @@ static bool is_listed(const struct vw_retrain_params *retrainings, uint32_t coun
 // Lists different trainings, seed by seed, so that an interrupted verification has whole pairs.
 static enum vw_status list_trainings(struct work *work) {
     struct vw_retrain_params *retrainings =
-        vw_allocate((size_t)work->params->seeds * work->result->candidates.count * VW_HALVES, sizeof *retrainings);
+        vw_allocate((size_t)work->params->seeds * work->result->lists.count * VW_HALVES, sizeof *retrainings);
     uint32_t count = 0;
     work->retrainings = retrainings;
     if (!retrainings) return VW_ERROR_MEMORY;
     for (uint32_t s = 0; s < work->params->seeds; s++)
-        for (uint32_t c = 0; c < work->result->candidates.count; c++)
+        for (uint32_t c = 0; c < work->result->lists.count; c++)
             for (uint8_t half = 0; half < VW_HALVES; half++) {
                 retrainings[count] = retraining_of(work, c, half, s);
                 count += !is_listed(retrainings, count, &retrainings[count]);
@@ -148,7 +147,7 @@ static enum vw_status train(struct work *work) {
 
 static enum vw_status list_judges(struct work *work) {
     const struct vw_scorings *scorings = &work->scorings;
-    size_t trainings = (size_t)work->result->candidates.count * work->params->seeds;
+    size_t trainings = (size_t)work->result->lists.count * work->params->seeds;
     work->judges = vw_allocate(scorings->image_count, sizeof *work->judges);
     if (!work->judges) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < scorings->image_count; i++)
@@ -158,9 +157,9 @@ static enum vw_status list_judges(struct work *work) {
 }
 
 // Judges the list that the scores of one half select by the photos of the other half.
-static enum vw_status judge(struct work *work, uint32_t candidate, uint32_t seed, uint8_t half) {
-    double *psnr_db = &work->psnr_db[((size_t)candidate * work->params->seeds + seed) * work->judge_count];
-    const struct vw_retrain_params retraining = retraining_of(work, candidate, VW_HALF_B - half, seed);
+static enum vw_status judge(struct work *work, uint32_t list, uint32_t seed, uint8_t half) {
+    double *psnr_db = &work->psnr_db[((size_t)list * work->params->seeds + seed) * work->judge_count];
+    const struct vw_retrain_params retraining = retraining_of(work, list, VW_HALF_B - half, seed);
     enum vw_status status = vw_retrainer_find_views(&work->retrainer, &retraining, work->judges, work->judge_count);
     for (uint32_t j = 0; !status && j < work->judge_count; j++)
         if (work->halves[work->judges[j].image_id] == half) psnr_db[j] = work->judges[j].psnr_db;
@@ -170,13 +169,13 @@ static enum vw_status judge(struct work *work, uint32_t candidate, uint32_t seed
 static enum vw_status choose(struct work *work) {
     struct vw_verified_selection *result = work->result;
     enum vw_status status = list_judges(work);
-    for (uint32_t c = 0; c < result->candidates.count; c++)
+    for (uint32_t c = 0; c < result->lists.count; c++)
         for (uint32_t s = 0; s < work->params->seeds; s++)
             for (uint8_t half = 0; !status && half < VW_HALVES; half++) status = judge(work, c, s, half);
     if (!status)
-        status = vw_gains_estimate(work->psnr_db, result->candidates.count, work->params->seeds, work->judge_count,
+        status = vw_gains_estimate(work->psnr_db, result->lists.count, work->params->seeds, work->judge_count,
                                    result->gains);
-    if (!status) result->chosen = vw_gains_choose(result->gains, result->candidates.count);
+    if (!status) result->chosen = vw_gains_choose(result->gains, result->lists.count);
     return status;
 }
 
@@ -184,8 +183,8 @@ static enum vw_status choose(struct work *work) {
 
 static enum vw_status make(struct work *work) {
     enum vw_status status = prepare(work);
-    if (status || work->result->candidates.count == 1) return status;
-    sort_lists(&work->result->candidates);
+    if (status || work->result->lists.count == 1) return status;
+    sort_lists(&work->result->lists);
     work->result->first_seed = vw_first_seed_after(work->config.seed);
     status = list_trainings(work);
     if (status) return status;
@@ -215,4 +214,4 @@ enum vw_status vw_verified_selection_make(const struct vw_verified_selection_par
     return status;
 }
 
-void vw_verified_selection_free(struct vw_verified_selection *result) { vw_candidates_free(&result->candidates); }
+void vw_verified_selection_free(struct vw_verified_selection *result) { vw_verified_lists_free(&result->lists); }

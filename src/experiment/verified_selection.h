@@ -1,4 +1,4 @@
-// Verified selection: whether a list of photos reconstructs better than all photos, by trainings. Every candidate list
+// Verified selection: whether a list of photos reconstructs better than all photos, by trainings. Every list list
 // is trained on at equal steps, with the same seeds, and judged on validation photos whose scores did not select it.
 #ifndef VIEWWORTH_EXPERIMENT_VERIFIED_SELECTION_H
 #define VIEWWORTH_EXPERIMENT_VERIFIED_SELECTION_H
@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "base/interrupt.h"
-#include "experiment/verified_candidates.h"
+#include "experiment/verified_lists.h"
 #include "run/recorded/scored_run.h"
 #include "run/session.h"
 #include "value/evaluation/gains.h"
@@ -17,7 +17,7 @@ enum { VW_VERIFIED_SELECTION_SEEDS = 2 }; // fewer than elsewhere, because many 
 // Scene and config are those of the run.
 struct vw_verified_selection_params {
     struct vw_scored_run *run;               // open; its scene is opened
-    const struct vw_selection_params *asked; // a further candidate, and its name; NULL: none
+    const struct vw_selection_params *asked; // a further list, and its name; NULL: none
     const char *asked_name;
     struct vw_device_choice devices; // the first NULL: the run's
     uint32_t seeds;                  // trainings of every list, at least 2, with other seeds than the run's
@@ -26,12 +26,12 @@ struct vw_verified_selection_params {
 };
 
 struct vw_verified_selection {
-    struct vw_candidates candidates;         // owned
-    struct vw_gain gains[VW_CANDIDATES_MAX]; // over all photos, by candidate
-    uint32_t chosen;                         // 0: all photos
-    uint32_t training_count;                 // different trainings, with those that OUT has
-    uint32_t half_sizes[VW_HALVES];          // validation photos of each half
-    uint64_t first_seed;                     // seed of the first training
+    struct vw_verified_lists lists;              // owned
+    struct vw_gain gains[VW_VERIFIED_LISTS_MAX]; // over all photos, by list
+    uint32_t chosen;                             // 0: all photos
+    uint32_t training_count;                     // different trainings, with those that OUT has
+    uint32_t half_sizes[VW_HALVES];              // validation photos of each half
+    uint64_t first_seed;                         // seed of the first training
 };
 
 // Splits the validation photos into two halves, by the run's seed and their names. A rule, applied to the scores of one

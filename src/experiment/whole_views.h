@@ -12,11 +12,12 @@
 #include "viewworth/train.h"
 #include "viewworth/types.h"
 
-// Views of which every retraining saves a picture.
+// Views of which the retrainings with a seed save a picture.
 struct vw_saved_views {
     const uint32_t *views; // scene indices; borrowed, as is the folder, which must exist
     uint32_t count;        // 0: none
     const char *folder;
+    uint64_t seed;
 };
 
 // Returns the path of the picture of a retraining (its id) and a view, owned by the caller; NULL when memory is short.

@@ -81,11 +81,6 @@ enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct
     return status;
 }
 
-uint32_t vw_session_at_a_time(const struct vw_session *session, uint32_t together, uint64_t bytes_each) {
-    if (!together) together = vw_trainers_together(vw_gpu_get_info(session->devices[0].gpu), bytes_each);
-    return session->device_count * together;
-}
-
 void vw_session_close(struct vw_session *session) {
     vw_scene_close(&session->scene);
     close_devices(session);

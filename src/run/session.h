@@ -12,7 +12,7 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
-enum { VW_SESSION_DEVICES_MAX = VW_POOL_DEVICES_MAX, VW_SESSION_TRAININGS_MAX = VW_POOL_SEATS_MAX };
+enum { VW_SESSION_DEVICES_MAX = VW_POOL_DEVICES_MAX };
 
 // The devices to run on, each by its index or a part of its name.
 struct vw_device_choice {
@@ -43,9 +43,6 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
 enum vw_status vw_session_open_others(const struct vw_device_choice *devices, bool timers, struct vw_session *session);
 // Decides the effects for runs with the config `planned` (detect/decide.h). Does nothing when they are decided.
 enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session);
-// Returns how many trainings to make at a time on an open session: `together` on each device, or when it is 0, as many
-// as the device suggests if each needs `bytes_each` of its memory. Training i uses device i modulo their number.
-uint32_t vw_session_at_a_time(const struct vw_session *session, uint32_t together, uint64_t bytes_each);
 void vw_session_close(struct vw_session *session);
 
 #endif

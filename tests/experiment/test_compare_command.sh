@@ -98,7 +98,7 @@ check "disagreements name the lists" json "(SELECT count(*) FROM json_each(j, '\
 check "renders name their columns" json "(j ->> '\$.renders[0].columns') || (j ->> '\$.renders[0].view')" \
     '["photo","all","top:3","random"]view_007'
 check "without a training" test "$(retrainings whole)" = "$before"
-check "prints what it leaves" cmp stdout whole/compare.json
+check "prints what it leaves" cmp stdout <(cat whole/compare.json && echo)
 rm whole/renders/retrainings/*_7.png
 check "a lost picture is made again" compare whole "${three[@]}"
 check "to the same bytes" diff -r --exclude=retrainings.db first whole

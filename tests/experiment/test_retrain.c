@@ -142,7 +142,6 @@ TEST_WITHIN(several_are_on_all_devices_in_turn, set_up, tear_down) {
     struct vw_retrain_params retrainings[4];
     struct vw_retrain_result results[4];
     ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
-    assert_int_equal(f->retrainer.at_a_time, 4);
     for (uint32_t i = 0; i < 4; i++)
         retrainings[i] =
             (struct vw_retrain_params){.views = f->retrainer.train_views, .view_count = PHOTOS - i, .seed = 3};

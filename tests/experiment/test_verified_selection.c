@@ -95,7 +95,7 @@ static int tear_down(void **state) {
 }
 
 // Checks that the list is the best three quarters by the scores of a half, or by those that the run recorded.
-static void check_list(struct fixture *f, const struct vw_candidate *candidate, int half) {
+static void check_list(struct fixture *f, const struct vw_verified_list *list, int half) {
     const struct vw_selection_params params = {.rule = VW_SELECT_TOP, .amount = 75, .percent = true};
     struct vw_selection expected = {0};
     struct vw_value_input input;
@@ -109,8 +109,8 @@ static void check_list(struct fixture *f, const struct vw_candidate *candidate, 
         vw_sort_places(expected.image_ids, expected.count);
     }
     assert_int_equal(expected.count, KEPT);
-    assert_int_equal(candidate->selections[half].count, expected.count);
-    assert_memory_equal(candidate->selections[half].image_ids, expected.image_ids,
+    assert_int_equal(list->selections[half].count, expected.count);
+    assert_memory_equal(list->selections[half].image_ids, expected.image_ids,
                         expected.count * sizeof *expected.image_ids);
     vw_selection_free(&expected);
     vw_scoring_unload(&input);
@@ -123,7 +123,7 @@ static void check_gain(const struct vw_verified_selection *verified, const struc
         for (uint32_t s = 0; s < SEEDS; s++)
             for (int side = 0; side < 2; side++) {
                 const struct vw_selection *selection =
-                    &verified->candidates.list[side ? place : 0].selections[halves[v] ? VW_HALF_A : VW_HALF_B];
+                    &verified->lists.of[side ? place : 0].selections[halves[v] ? VW_HALF_A : VW_HALF_B];
                 const struct vw_retrain_params retraining = {
                     .views = selection->image_ids, .view_count = selection->count, .seed = RUN_SEED + 1 + s};
                 struct vw_retrain_view view = {.image_id = v};
@@ -146,14 +146,14 @@ TEST_WITHIN(a_half_judges_what_the_other_selects, set_up, tear_down) {
     const struct vw_retrainer_params params = {
         .session = &session, .config = &f->config, .out = f->out, .averaged_epochs = VW_TRUTH_EPOCHS};
     ASSERT_OK(vw_retrainer_open(&params, &retrainer));
-    assert_true(f->verified.candidates.count > 3);
-    for (uint32_t c = 1; c < f->verified.candidates.count; c++) {
+    assert_true(f->verified.lists.count > 3);
+    for (uint32_t c = 1; c < f->verified.lists.count; c++) {
         check_gain(&f->verified, &retrainer, f->halves, c);
-        if (strcmp(f->verified.candidates.list[c].name, "top:75%:dv_psnr") == 0) halved = c;
+        if (strcmp(f->verified.lists.of[c].name, "top:75%:dv_psnr") == 0) halved = c;
     }
     assert_true(halved != UINT32_MAX);
-    const struct vw_candidate *candidate = &f->verified.candidates.list[halved];
-    for (int half = 0; half < VW_SCORINGS; half++) check_list(f, candidate, half);
-    assert_int_equal(candidate->selections[VW_HALF_A].image_ids[PHOTOS / 2 - 1], PHOTOS / 2 - 1);
-    assert_int_equal(candidate->selections[VW_HALF_B].image_ids[KEPT - PHOTOS / 2], PHOTOS / 2);
+    const struct vw_verified_list *list = &f->verified.lists.of[halved];
+    for (int half = 0; half < VW_SCORINGS; half++) check_list(f, list, half);
+    assert_int_equal(list->selections[VW_HALF_A].image_ids[PHOTOS / 2 - 1], PHOTOS / 2 - 1);
+    assert_int_equal(list->selections[VW_HALF_B].image_ids[KEPT - PHOTOS / 2], PHOTOS / 2);
 }

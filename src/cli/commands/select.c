@@ -23,7 +23,7 @@ struct selection_job {
     struct vw_scored_run run;
     struct vw_selection selection;
     struct vw_verified_selection verified; // where lists are verified; the selection is a part of it
-    char *rule_name;                       // owned; of the candidate that was asked for
+    char *rule_name;                       // owned; of the list that was asked for
     struct vw_selection_list list;
 };
 
@@ -85,7 +85,7 @@ static const char *name_of(const struct selection_job *job, uint32_t image_id) {
 
 // Returns the scores that selected the photos, in words.
 static const char *methods_of(const struct selection_job *job) {
-    if (job->verify) return job->verified.candidates.list[job->verified.chosen].method;
+    if (job->verify) return job->verified.lists.of[job->verified.chosen].method;
     if (job->params.method) return job->params.method;
     return job->selection.method ? job->selection.method : "train_fit, dv_psnr, dv_loss";
 }
@@ -251,7 +251,7 @@ static enum vw_status verify(struct selection_job *job) {
                                                         .interrupt = vw_interrupt_watch()};
     status = vw_verified_selection_make(&params, &job->verified);
     if (status) return status;
-    job->selection = job->verified.candidates.list[job->verified.chosen].selections[VW_HALF_BOTH];
+    job->selection = job->verified.lists.of[job->verified.chosen].selections[VW_HALF_BOTH];
     return VW_OK;
 }
 

@@ -1,4 +1,4 @@
-#include "experiment/verified_candidates.h"
+#include "experiment/verified_lists.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -34,7 +34,7 @@ static const struct {
     {"all", 100, false},      {"thinned:90%", 90, false}, {"thinned:75%", 75, false},
     {"random:90%", 90, true}, {"random:75%", 75, true},
 };
-_Static_assert(VW_ARRAY_COUNT(rules) + VW_ARRAY_COUNT(controls) < VW_CANDIDATES_MAX, "one more is asked for");
+_Static_assert(VW_ARRAY_COUNT(rules) + VW_ARRAY_COUNT(controls) < VW_VERIFIED_LISTS_MAX, "one more is asked for");
 static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings are smaller
 
 static bool has_method(const struct vw_scorings *scorings, const char *method) {
@@ -48,30 +48,27 @@ static bool has_method(const struct vw_scorings *scorings, const char *method) {
     return everywhere;
 }
 
-static void free_candidate(struct vw_candidate *candidate) {
-    free(candidate->same_as);
-    for (int s = 0; s < VW_SCORINGS; s++) vw_selection_free(&candidate->selections[s]);
+static void free_list(struct vw_verified_list *list) {
+    free(list->same_as);
+    for (int s = 0; s < VW_SCORINGS; s++) vw_selection_free(&list->selections[s]);
 }
 
 // ---- Rules ----
 
-// Returns whether two lists, each without repetitions, have the same photos. The order differs by scoring.
-static enum vw_status compare(const struct vw_selection *one, const struct vw_selection *other, bool *equal) {
-    *equal = one->count == other->count;
-    if (!*equal) return VW_OK;
-    uint32_t *sorted = vw_allocate(2 * (size_t)one->count, sizeof *sorted);
-    if (!sorted) return VW_ERROR_MEMORY;
-    uint32_t *second = sorted + one->count;
-    memcpy(sorted, one->image_ids, one->count * sizeof *sorted);
-    memcpy(second, other->image_ids, one->count * sizeof *sorted);
-    vw_sort_places(sorted, one->count);
-    vw_sort_places(second, one->count);
-    *equal = memcmp(sorted, second, one->count * sizeof *sorted) == 0;
-    free(sorted);
-    return VW_OK;
+static bool contains(const struct vw_selection *selection, uint32_t image_id) {
+    bool found = false;
+    for (uint32_t i = 0; i < selection->count && !found; i++) found = selection->image_ids[i] == image_id;
+    return found;
 }
 
-static enum vw_status note_same(struct vw_candidate *first, const char *name) {
+// Returns whether two lists, each without repetitions, have the same photos. The order differs by scoring.
+static bool are_equal(const struct vw_selection *one, const struct vw_selection *other) {
+    bool equal = one->count == other->count;
+    for (uint32_t i = 0; equal && i < one->count; i++) equal = contains(other, one->image_ids[i]);
+    return equal;
+}
+
+static enum vw_status note_same(struct vw_verified_list *first, const char *name) {
     char *longer = vw_format_text("%s%s%s", first->same_as ? first->same_as : "", first->same_as ? ", " : "", name);
     if (!longer) return VW_ERROR_MEMORY;
     free(first->same_as);
@@ -79,25 +76,17 @@ static enum vw_status note_same(struct vw_candidate *first, const char *name) {
     return VW_OK;
 }
 
-// Adds the candidate, or its name to that of an equal one. Takes what it owns.
-static enum vw_status add(struct vw_candidates *candidates, struct vw_candidate *made) {
-    for (uint32_t c = 0; c < candidates->count; c++) {
+// Adds the list, or its name to that of an equal one. Takes what it owns.
+static enum vw_status add(struct vw_verified_lists *lists, struct vw_verified_list *made) {
+    for (uint32_t l = 0; l < lists->count; l++) {
         bool equal = true;
-        for (int s = 0; equal && s < VW_SCORINGS; s++) {
-            enum vw_status status = compare(&candidates->list[c].selections[s], &made->selections[s], &equal);
-            if (status) return status;
-        }
-        if (equal) return note_same(&candidates->list[c], made->name);
+        for (int s = 0; equal && s < VW_SCORINGS; s++)
+            equal = are_equal(&lists->of[l].selections[s], &made->selections[s]);
+        if (equal) return note_same(&lists->of[l], made->name);
     }
-    candidates->list[candidates->count++] = *made;
-    *made = (struct vw_candidate){0};
+    lists->of[lists->count++] = *made;
+    *made = (struct vw_verified_list){0};
     return VW_OK;
-}
-
-static bool contains(const struct vw_selection *selection, uint32_t image_id) {
-    bool found = false;
-    for (uint32_t i = 0; i < selection->count && !found; i++) found = selection->image_ids[i] == image_id;
-    return found;
 }
 
 // Adds the lone views by the same scores: what no other photo sees is worth more than a score shows.
@@ -122,7 +111,7 @@ static enum vw_status keep_lone(const struct vw_scorings *scorings, int s, struc
 
 // Applies a rule; one that keeps too few photos by some scores does not fail.
 static enum vw_status apply(const struct vw_scorings *scorings, const struct vw_selection_params *params,
-                            bool spare_lone, struct vw_candidate *made, bool *fits) {
+                            bool spare_lone, struct vw_verified_list *made, bool *fits) {
     *fits = true;
     for (int s = 0; *fits && s < VW_SCORINGS; s++) {
         struct vw_selection *selection = &made->selections[s];
@@ -138,25 +127,25 @@ static enum vw_status apply(const struct vw_scorings *scorings, const struct vw_
 
 static enum vw_status add_rule(const struct vw_scorings *scorings, const char *name,
                                const struct vw_selection_params *params, bool spare_lone,
-                               struct vw_candidates *candidates) {
-    struct vw_candidate made = {.name = name,
-                                .method = params->method ? params->method : "train_fit, dv_psnr, dv_loss"};
+                               struct vw_verified_lists *lists) {
+    struct vw_verified_list made = {.name = name,
+                                    .method = params->method ? params->method : "train_fit, dv_psnr, dv_loss"};
     bool fits = false;
     enum vw_status status = apply(scorings, params, spare_lone, &made, &fits);
-    if (!status && fits) status = add(candidates, &made);
+    if (!status && fits) status = add(lists, &made);
     else if (!status) vw_log_info("list     %s: keeps fewer than 2 photos and is left out", name);
-    free_candidate(&made);
+    free_list(&made);
     return status;
 }
 
 static enum vw_status add_asked(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
-                                const char *name, struct vw_candidates *candidates) {
+                                const char *name, struct vw_verified_lists *lists) {
     if (!has_method(scorings, asked->method))
         return vw_fail(VW_ERROR_USAGE,
                        "--verify needs scores by each half of the validation photos, and %s has none; leave --verify "
                        "out, or compare the list by viewworth compare",
                        asked->method);
-    return add_rule(scorings, name, asked, false, candidates);
+    return add_rule(scorings, name, asked, false, lists);
 }
 
 // ---- Lists without scores ----
@@ -178,8 +167,8 @@ static void thin(const struct vw_ledger_image *const *photos, const uint32_t *or
 }
 
 // Adds a list that is the same by all scorings.
-static enum vw_status add_control(const struct vw_scorings *scorings, size_t place, struct vw_candidates *candidates) {
-    struct vw_candidate made = {.name = controls[place].name, .method = "none"};
+static enum vw_status add_control(const struct vw_scorings *scorings, size_t place, struct vw_verified_lists *lists) {
+    struct vw_verified_list made = {.name = controls[place].name, .method = "none"};
     const struct vw_ledger_image **photos = vw_allocate(scorings->image_count, sizeof *photos);
     uint32_t *order = vw_allocate(scorings->image_count, sizeof *order), count = 0;
     enum vw_status status = photos && order ? VW_OK : VW_ERROR_MEMORY;
@@ -195,35 +184,35 @@ static enum vw_status add_control(const struct vw_scorings *scorings, size_t pla
         if (!made.selections[s].image_ids) status = VW_ERROR_MEMORY;
         else thin(photos, order, count, controls[place].percent, &made.selections[s]);
     }
-    if (!status) status = add(candidates, &made);
-    free_candidate(&made);
+    if (!status) status = add(lists, &made);
+    free_list(&made);
     free(photos);
     free(order);
     return status;
 }
 
-enum vw_status vw_candidates_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
-                                  const char *asked_name, struct vw_candidates *candidates) {
-    *candidates = (struct vw_candidates){0};
+enum vw_status vw_verified_lists_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
+                                      const char *asked_name, struct vw_verified_lists *lists) {
+    *lists = (struct vw_verified_lists){0};
     for (int s = 0; s < VW_SCORINGS; s++)
         if (!scorings->score_counts[s])
             return vw_fail(VW_ERROR_INPUT,
                            "the ledger has no scores; value the photos first, with --epochs larger than --burn-in");
-    enum vw_status status = add_control(scorings, 0, candidates);
-    if (!status && asked) status = add_asked(scorings, asked, asked_name, candidates);
+    enum vw_status status = add_control(scorings, 0, lists);
+    if (!status && asked) status = add_asked(scorings, asked, asked_name, lists);
     for (size_t r = 0; !status && r < VW_ARRAY_COUNT(rules); r++) {
         const struct vw_selection_params params = {
             .method = rules[r].method, .rule = rules[r].rule, .amount = rules[r].percent, .percent = true};
         bool same_name = asked && strcmp(rules[r].name, asked_name) == 0;
         if (same_name && rules[r].rule == VW_SELECT_OUTLIERS) continue; // which leaves out no lone view
         if (has_method(scorings, rules[r].method))
-            status = add_rule(scorings, same_name ? "asked-and-lone" : rules[r].name, &params, true, candidates);
+            status = add_rule(scorings, same_name ? "asked-and-lone" : rules[r].name, &params, true, lists);
     }
-    for (size_t c = 1; !status && c < VW_ARRAY_COUNT(controls); c++) status = add_control(scorings, c, candidates);
+    for (size_t c = 1; !status && c < VW_ARRAY_COUNT(controls); c++) status = add_control(scorings, c, lists);
     return status;
 }
 
-void vw_candidates_free(struct vw_candidates *candidates) {
-    for (uint32_t c = 0; c < candidates->count; c++) free_candidate(&candidates->list[c]);
-    candidates->count = 0;
+void vw_verified_lists_free(struct vw_verified_lists *lists) {
+    for (uint32_t c = 0; c < lists->count; c++) free_list(&lists->of[c]);
+    lists->count = 0;
 }
