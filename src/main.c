@@ -40,9 +40,8 @@ static const struct vw_command commands[] = {
      "scene, is required. Options are those of value without dashes; true sets one that takes no value. Those of a "
      "job override those of a config, which override the defaults. Scenes are relative to the file's folder, paths in "
      "options to the folder that the command runs in.\n"
-     "Each job is a process of its own, or with --together shares one with others that differ by the seed; a job "
-     "that fails does not stop the others. Leaves in the --out folder NAME/seed-K/ "
-     "(NAME/CONFIG/seed-K/ with configs) as value does, with seed-K.log and seed-K.json beside it; merged.db (all "
+     "Each job is a process of its own; one that fails does not stop the others. Leaves in the --out folder "
+     "NAME/seed-K/ (NAME/CONFIG/seed-K/ with configs) as value does, with seed-K.log and seed-K.json beside it; merged.db (all "
      "ledgers), scores.csv and summary.csv (all jobs), batch.json (the state of every job) and report.html.\n"
      "With --devices, job i always runs on the device at place i modulo their number. Run the same command again to "
      "resume: jobs that are done are kept, jobs that failed are tried again.",

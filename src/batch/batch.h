@@ -3,53 +3,50 @@
 #ifndef VIEWWORTH_BATCH_BATCH_H
 #define VIEWWORTH_BATCH_BATCH_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
 #include "base/interrupt.h"
 #include "batch/jobs.h"
 #include "batch/merge.h"
-#include "viewworth/status.h"
+
+// The variable by which a job learns which process started it. The program asks the kernel to be ended with that
+// process (cli/interrupt.h), so that a batch that is killed leaves none running.
+#define VW_BATCH_PROCESS_VARIABLE "VIEWWORTH_BATCH_PROCESS"
 
 struct vw_batch {
-    const struct vw_jobs *jobs;    // borrowed
-    struct vw_job_result *results; // owned; by job
+    const struct vw_jobs *jobs; // borrowed
+    struct vw_batch_rows rows;  // owned; a row per job
     uint32_t done, failed, running;
-    struct vw_merged_runs merged; // the jobs that are done; empty until all others have ended
 };
 
 // Called as often as something can have changed. `ended` is the job that has just ended; NULL: none.
-typedef void vw_batch_progress(void *context, const struct vw_batch *batch, const struct vw_job *ended);
+typedef void vw_batch_progress(void *context, const struct vw_batch *batch, const struct vw_batch_row *ended);
 
 struct vw_batch_params {
     const struct vw_jobs *jobs;
     const char *out;
-    const char *program;        // the file of viewworth
     const char *const *devices; // indices or names; job i takes device i modulo their number
     uint32_t device_count;      // 0: the preferred device
-    uint32_t per_device;        // processes at a time on each; 0: 1
-    uint32_t together;          // jobs that one process may take, if they fit (jobs.h), up to VW_CHILD_JOBS_MAX; 0: 1
-    bool together_given;        // else a process takes as many of its jobs at a time as its device suggests
+    uint32_t per_device;        // processes at a time on each
     uint32_t only;              // the only job to run, counted from 1, beside other processes that run others; 0: all
-    bool merge_only;            // runs no job, and merges those that are done
     struct vw_interrupt interrupt;
-    vw_batch_progress *progress; // NULL: none
+    vw_batch_progress *progress;
     void *context;
 };
 
-// Runs the jobs that are not done. If a process runs several and one of them fails, each is run once more
-// alone, so that none fails with another. Each leaves OUT/NAME/ (as value does), OUT/NAME.log and OUT/NAME.json
-// (struct vw_job_result). Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with
-// null for missing values, and at the end summary.csv, what vw_merge_write() writes, and report.html. With `only`,
-// writes none of these, and takes no lock of OUT. VW_ERROR_IO names the number of jobs that failed, after the others
-// have ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after a failure.
+// Runs the jobs that are not done. Each leaves OUT/NAME/ (as value does), OUT/NAME.log, and its record OUT/NAME.json:
+// {"words", "exit_code", "seconds", "message"}. A job is done if the record has its words and exit code 0, and its
+// folder a ledger. Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with null
+// for missing values, and at the end what vw_rows_merge() and vw_rows_report() write. With `only`, writes these at the
+// end where all jobs are done and no other process does. VW_ERROR_IO names the number of jobs that failed, after the
+// others have ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after a failure.
 enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch);
-// Finds which jobs are done in OUT, which failed at last (with `message`), and which wait. Free it also after a
-// failure.
-enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct vw_batch *batch);
-void vw_batch_free(struct vw_batch *batch);
 
-// Returns a row per job, owned by the caller (free); NULL if memory is short.
-struct vw_summary_row *vw_summary_of_batch(const struct vw_batch *batch);
+// Finds which jobs are done in OUT; all others wait. Free it also after a failure.
+enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct vw_batch *batch);
+// Submits those that wait to a Slurm cluster, as an array of `words` --job K; NULL ends the words, the first of which
+// is the program. sbatch prints the number of the array, and says itself what is wrong. A job whose time limit is near
+// saves what it has and queues itself again; one that was preempted, or whose node was lost, is queued again by Slurm;
+// each then resumes. Partition, GPUs and time limit come from sbatch's environment variables.
+enum vw_status vw_batch_submit(const struct vw_batch *batch, const char *out, const char *const *words);
+void vw_batch_free(struct vw_batch *batch);
 
 #endif

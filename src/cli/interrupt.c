@@ -6,7 +6,7 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-#include "batch/child.h"
+#include "batch/batch.h"
 
 static volatile sig_atomic_t requested;
 
@@ -39,7 +39,7 @@ struct vw_interrupt vw_interrupt_watch(void) {
 
 // Ends this process when its batch ends. A batch that ended before this call is no longer its parent.
 void vw_interrupt_follow_batch(void) {
-    const char *batch = getenv(VW_CHILD_PARENT_VARIABLE);
+    const char *batch = getenv(VW_BATCH_PROCESS_VARIABLE);
     if (!batch) return;
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (strtol(batch, NULL, 10) != getppid()) raise(SIGTERM);

@@ -39,7 +39,7 @@ const struct vw_option vw_option_table[] = {
     {"per-device", "N", "Number of processes at a time on each device", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
      OPTION(COUNT, per_device), RANGE(1, 64), COMMON},
     {"together", "K", "Number of trainings at the same time on each device; it changes no result",
-     VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
+     VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
      OPTION(COUNT, together), RANGE(1, 16), DEFAULT("1 on a CPU; on a GPU as many as fit into half of its memory")},
     {"devices", "LIST|all",
      "Vulkan devices that train at the same time, each an index or part of a name, with commas between; or all GPUs, "
@@ -50,11 +50,9 @@ const struct vw_option vw_option_table[] = {
      "Run only job K, counted from 1 in the order of job, config and seed, and merge nothing; other processes may run "
      "other jobs into the same --out folder at the same time",
      VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, job), RANGE(1, VW_JOBS_MAX)},
-    {"merge-only", NULL, "Run no job; merge those that are done", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
-     OPTION(FLAG, merge_only)},
     {"slurm", NULL,
-     "Submit the jobs that are not done to a Slurm cluster, as an array of batch --job K, and one that merges when all "
-     "have ended; jobs that reach the time limit or are preempted resume. Partition, GPUs and time limit come from "
+     "Submit the jobs that are not done to a Slurm cluster, as an array of batch --job K, the last of which merges; "
+     "jobs that reach the time limit or are preempted resume. Partition, GPUs and time limit come from "
      "sbatch's variables, such as SBATCH_PARTITION, SBATCH_GPUS and SBATCH_TIMELIMIT",
      VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(FLAG, slurm), COMMON},
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",

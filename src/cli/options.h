@@ -90,7 +90,7 @@ struct vw_options {
     const char *devices; // indices or names with commas between, or "all"
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
-    bool merge_only, slurm;
+    bool slurm;
     bool json, quiet, verbose, help, help_all;
     const struct vw_program *program; // private: whose options these are
     uint64_t given[2];                // private: a bit per option of the program

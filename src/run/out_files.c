@@ -39,7 +39,6 @@ const struct vw_out_file vw_out_files[] = {
     {"batch.json", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"*.log", VW_OUT_NOTHING, false, VW_OUT_STAYS}, // JOB.log
     {"slurm-*.log", VW_OUT_NOTHING, false, VW_OUT_STAYS},
-    {"slurm-merge.log", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     // Tables that reports show beside the run.
     {"compare.json", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"tradeoff.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
@@ -52,7 +51,6 @@ const struct vw_out_file vw_out_files[] = {
     // Files that are only written.
     {"merged.db", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"slurm_job.sh", VW_OUT_NOTHING, false, VW_OUT_STAYS},
-    {"slurm_merge.sh", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"compare.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"pairs.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},
     {"disagreements.csv", VW_OUT_NOTHING, false, VW_OUT_STAYS},

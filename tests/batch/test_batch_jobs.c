@@ -1,5 +1,6 @@
 // JOBS.json: the words that it gives each job, and what is refused.
-#include "batch/jobs.h"
+#include "base/json.h"
+#include "batch/batch.h"
 #include "support/ledger_fixture.h"
 
 static enum vw_status load(const char *folder, const char *text, struct vw_jobs *jobs) {
@@ -10,15 +11,17 @@ static enum vw_status load(const char *folder, const char *text, struct vw_jobs 
 
 // Checks the words of a job, with spaces between them and without the folder of the file.
 static void assert_words(const char *folder, const struct vw_job *job, const char *expected) {
-    char text[1024] = "", scene[256];
+    char text[1024] = "", scene[256], more[] = "--more", **words = vw_job_list_words(job, (char *[]){more, NULL});
     snprintf(scene, sizeof scene, "%s/", folder);
-    for (uint32_t i = 0; i < job->word_count; i++) {
-        const char *word = job->words[i];
+    for (uint32_t i = 1; words[i]; i++) {
+        const char *word = words[i];
         if (!strncmp(word, scene, strlen(scene))) word += strlen(scene);
-        snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", i ? " " : "", word);
+        snprintf(text + strlen(text), sizeof text - strlen(text), "%s ", word);
     }
-    assert_string_equal(text, expected);
-    assert_null(job->words[job->word_count]);
+    assert_string_equal(words[0], "viewworth");
+    assert_int_equal(strncmp(text, expected, strlen(expected)), 0);
+    assert_string_equal(text + strlen(expected), " --more ");
+    free(words);
 }
 
 FOLDER_TEST(jobs_are_scenes_by_configs_by_seeds) {
@@ -111,98 +114,35 @@ FOLDER_TEST(absurd_numbers_of_jobs_are_refused) {
     ASSERT_FAILS(load(*state, text, &jobs), VW_ERROR_INPUT, "jobs: more than 4096 valuations");
 }
 
-FOLDER_TEST(a_record_is_of_the_same_words) {
+// Writes the record of job a and returns whether the job is done by it.
+static bool is_done(const char *folder, const struct vw_jobs *jobs, const char *format, const char *words) {
+    AUTO(vw_batch_free) struct vw_batch batch;
+    char record[512];
+    snprintf(record, sizeof record, format, words);
+    ASSERT_OK(vw_file_write(temporary_path(folder, "a/seed-0.json"), record, strlen(record)));
+    ASSERT_OK(vw_batch_look(jobs, folder, &batch));
+    assert_int_equal(batch.done, batch.rows.rows[0].state == VW_JOB_DONE);
+    if (!batch.done) assert_int_equal(batch.rows.rows[0].state, VW_JOB_WAITING);
+    return batch.done;
+}
+
+FOLDER_TEST(a_job_is_done_by_a_record_of_its_words_and_its_run) {
+    static const char whole[] = "{\"words\": %s, \"exit_code\": 0, \"seconds\": 2.5, \"message\": null}";
+    static const char *const broken[] = {"",
+                                         "{",
+                                         "[]",
+                                         "{\"words\": 3, \"exit_code\": 0, \"seconds\": 1}",
+                                         "{\"words\": %s, \"exit_code\": 1, \"seconds\": 1, \"message\": \"why\"}",
+                                         "{\"words\": %s, \"exit_code\": 0, \"seconds\": -1, \"message\": \"\"}"};
     AUTO(vw_jobs_free) struct vw_jobs jobs, others;
-    struct vw_job_result record;
-    ASSERT_OK(load(*state, JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
     ASSERT_OK(load(*state, JOBS(", \"options\": {\"epochs\": 4}"), &others));
-    ASSERT_OK(vw_folder_create(temporary_path(*state, "a")));
-    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-    assert_int_equal(record.exit_code, -1);
-    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &(struct vw_job_result){VW_JOB_FAILED, 1, 2.5, "why", ""}));
-    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-    assert_int_equal(record.exit_code, 1);
-    assert_near(record.seconds, 2.5, 0);
-    assert_string_equal(record.message, "why");
-    free(record.message);
-    assert_int_equal(record.state, VW_JOB_FAILED); // its run is not there
-    ASSERT_OK(vw_job_result_read(*state, &others.jobs[0], &record));
-    assert_int_equal(record.exit_code, -1);
-}
-
-// Lays a run into the folder of job a.
-static void lay_run(const char *folder, int64_t seed, const char *config_json) {
-    struct vw_ledger_run run = test_run(config_json);
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
-    run.seed = seed;
-    unlink(temporary_path(folder, "a/seed-0/ledger.db"));
-    ASSERT_OK(
-        vw_ledger_create(temporary_path(folder, "a/seed-0/ledger.db"), &run, test_images, TEST_IMAGE_COUNT, &ledger));
-}
-
-FOLDER_TEST(a_job_is_done_by_its_own_run_alone) {
-    AUTO(vw_jobs_free) struct vw_jobs jobs;
-    struct vw_job_result left = {.state = VW_JOB_DONE}, record;
-    ASSERT_OK(load(*state, JOBS(""), &jobs));
-    ASSERT_OK(vw_folder_create(temporary_path(*state, "a")));
+    ASSERT_OK(load(*state, JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
     ASSERT_OK(vw_folder_create(temporary_path(*state, "a/seed-0")));
-    lay_run(*state, 0, "{\"epochs\":2}");
-    ASSERT_OK(vw_job_result_note_run(*state, &jobs.jobs[0], &left));
-    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &left));
-    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-    assert_true(record.state == VW_JOB_DONE && *record.run);
-    static const struct {
-        int64_t seed;
-        const char *config_json;
-    } foreign[] = {{1, "{\"epochs\":2}"}, {0, "{\"epochs\":300}"}};
-    for (size_t i = 0; i < 2; i++) {
-        lay_run(*state, foreign[i].seed, foreign[i].config_json);
-        ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-        assert_int_equal(record.state, VW_JOB_FAILED);
-        assert_non_null(strstr(record.message, "a/seed-0: is not the run that the job left there; remove this folder"));
-        free(record.message);
-    }
-    lay_run(*state, 1, "{\"epochs\":2}"); // a process that ends well beside a run of another seed
-    ASSERT_OK(vw_job_result_note_run(*state, &jobs.jobs[0], &left));
-    assert_int_equal(left.state, VW_JOB_FAILED);
-    free(left.message);
-    left = (struct vw_job_result){.state = VW_JOB_DONE}; // a record of before, without its run
-    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &left));
-    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-    assert_int_equal(record.state, VW_JOB_WAITING);
-}
-
-FOLDER_TEST(jobs_that_differ_by_their_seed_fit_together) {
-    AUTO(vw_jobs_free) struct vw_jobs jobs;
-    ASSERT_OK(
-        load(*state,
-             "{\"configs\": [{\"name\": \"a\", \"options\": {\"epochs\": 4}}, {\"name\": \"b\"}], \"jobs\": ["
-             "{\"name\": \"fox\", \"scene\": \"fox\", \"seeds\": [0, 7, 8]}, {\"name\": \"cat\", \"scene\": \"cat\"},"
-             " {\"name\": \"same\", \"scene\": \"fox\"}, {\"name\": \"a\", \"scene\": \"fox\"}]}",
-             &jobs));
-    assert_int_equal(jobs.count, 12);
-    for (uint32_t i = 0; i < jobs.count; i++)
-        for (uint32_t j = 0; j < jobs.count; j++) { // 0 to 2 and 3 to 5 are of fox
-            bool fit = i == j || (i / 3 == j / 3 && i < 6 && j < 6);
-            assert_int_equal(vw_jobs_fit(&jobs.jobs[i], &jobs.jobs[j]), fit);
-        }
-    assert_int_equal(jobs.jobs[4].seed, 7);
-    jobs.jobs[4].single = true;
-    assert_false(vw_jobs_fit(&jobs.jobs[3], &jobs.jobs[4]) || vw_jobs_fit(&jobs.jobs[4], &jobs.jobs[3]));
-    assert_true(vw_jobs_fit(&jobs.jobs[3], &jobs.jobs[5]));
-}
-
-FOLDER_TEST(a_broken_record_is_none) {
-    static const char *const texts[] = {"", "{", "[]", "{\"words\": 3, \"exit_code\": 0, \"seconds\": 1}",
-                                        "{\"words\": [], \"exit_code\": 0, \"seconds\": 1, \"message\": \"\"}"};
-    AUTO(vw_jobs_free) struct vw_jobs jobs;
-    ASSERT_OK(load(*state, JOBS(""), &jobs));
-    ASSERT_OK(vw_folder_create(temporary_path(*state, "a")));
-    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
-        struct vw_job_result record;
-        ASSERT_OK(vw_file_write(temporary_path(*state, "a/seed-0.json"), texts[i], strlen(texts[i])));
-        ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-        assert_int_equal(record.exit_code, -1);
-        assert_null(record.message);
-    }
+    char *words = vw_json_to_text(jobs.jobs[0].words, JSON_COMPACT);
+    assert_false(is_done(*state, &jobs, whole, words)); // its run is not there
+    ASSERT_OK(vw_file_write(temporary_path(*state, "a/seed-0/ledger.db"), "", 0));
+    assert_true(is_done(*state, &jobs, whole, words));
+    assert_false(is_done(*state, &others, whole, words));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(broken); i++) assert_false(is_done(*state, &jobs, broken[i], words));
+    free(words);
 }

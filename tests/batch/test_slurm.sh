@@ -49,8 +49,8 @@ check "a cluster that does not answer" eval 'SLURM_CONF=$folder/none fails 1 "sb
 check "a Slurm of $nodes nodes" start_slurm "$folder/slurm" "$nodes"
 check "whose nodes answer" until_true nodes_are_idle
 submits() {
-    batch many --slurm && cat "$folder/stdout" && grep -qE '^array +[0-9]+: 12 of 12 jobs$' "$folder/stdout" &&
-        grep -qE '^merge +[0-9]+: when they have ended$' "$folder/stdout"
+    batch many --slurm && cat "$folder/stdout" && grep -qE '^Submitted batch job [0-9]+$' "$folder/stdout" &&
+        grep -qx '12 of 12 jobs' "$folder/stdout"
 }
 check "a batch is submitted" submits
 check "a job begins on node 2" until_true runs_on node2
@@ -65,10 +65,12 @@ check "the lost job was started twice" grep -qE 'Requeue|requeue' "$folder/slurm
 
 # ---- Again, and near a time limit ------------------------------------------------------------------------------------------------
 
-merges_alone() { batch many --slurm && ! grep -q '^array' "$folder/stdout" && until_true queue_is_empty; }
-check "a batch that is done only merges" merges_alone
+check "a batch that is done is merged here" eval 'batch many --slurm && ! grep -q ^Submitted "$folder/stdout"'
 rm -r "$folder/many/scene-3/seed-1"
-only_lost() { batch many --slurm && grep -qE '1 of 12 jobs$' "$folder/stdout" && grep -qx '#SBATCH --array=8' "$folder/many/slurm_job.sh"; }
+only_lost() {
+    batch many --slurm && grep -qx '1 of 12 jobs' "$folder/stdout" &&
+        squeue --noheader --array --Format=arraytaskid | grep -qw 8
+}
 check "a job whose folder is gone is submitted alone" only_lost
 check "and done again" eval 'until_true queue_is_empty && same_dump many single'
 
@@ -80,7 +82,7 @@ is_stopped() { limited_run "status = 'interrupted' FROM run"; }
 limited() { SBATCH_TIMELIMIT=30 SBATCH_PARTITION=half batch limited --slurm; }
 check "a job with the limit and the partition that the environment names" limited
 check "has both" eval '[[ $(squeue --noheader --array --name=viewworth --Format=partition,timelimit | tr -s " ") == "half 30:00 " ]]'
-number=$(awk '/^array/ {print $2 + 0}' "$folder/stdout")
+number=$(awk '/^Submitted/ {print $4}' "$folder/stdout")
 check "begins" until_true has_begun
 check "hears that its limit is near" scancel --batch --signal=USR1 "${number}_1"
 check "and saves what it has" until_true is_stopped

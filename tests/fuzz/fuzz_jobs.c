@@ -1,5 +1,6 @@
 #include "fuzz/fuzz.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/text.h"
@@ -25,11 +26,12 @@ void fuzz_jobs(const uint8_t *data, size_t size_bytes) {
     for (uint32_t i = 0; !status && i < jobs.count; i++) {
         const struct vw_job *job = &jobs.jobs[i];
         fuzz_check(is_place(job->name), "a job has a folder below OUT");
-        fuzz_check(job->word_count >= 3 && !job->words[job->word_count], "a job has words, and an end");
-        for (uint32_t w = 0; w < job->word_count; w++)
-            fuzz_check(vw_text_is_clean(job->words[w]), "a word is clean text");
-        for (uint32_t w = 2; w < job->word_count; w++)
-            fuzz_check(!strncmp(job->words[w], "--", 2) && job->words[w][2] != '=', "all but the scene are options");
+        char **words = vw_job_list_words(job, (char *[]){NULL});
+        fuzz_check(words && words[1] && words[2] && words[3], "a job has words");
+        for (uint32_t w = 0; words[w]; w++) fuzz_check(vw_text_is_clean(words[w]), "a word is clean text");
+        for (uint32_t w = 3; words[w]; w++)
+            fuzz_check(!strncmp(words[w], "--", 2) && words[w][2] != '=', "all but the scene are options");
+        free(words);
     }
     vw_jobs_free(&jobs);
 }

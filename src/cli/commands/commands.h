@@ -27,7 +27,6 @@ enum vw_status vw_command_import_steps(const struct vw_options *options);
 // Values the scene with each of the seeds ("0,1,2", as a batch gives them), as many at a time as --together says, or
 // the device. The run of seed K goes to seed-K beside --out, and what is said of it to the log next to it. Reports the
 // first failure after the others have ended.
-enum vw_status vw_value_jobs(const struct vw_options *options, const char *seeds);
 
 // Refuses, before the run of `value --worth` is trained, unusable options.
 enum vw_status vw_worth_check_options(const struct vw_options *options);

@@ -3,7 +3,6 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "batch/child.h"
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
 #include "cli/output/answer.h"
@@ -67,18 +66,15 @@ static enum vw_status make_folds(const struct vw_options *options) {
 }
 
 enum vw_status vw_command_value(const struct vw_options *options) {
-    const char *seeds = getenv(VW_CHILD_SEEDS_VARIABLE);
     vw_interrupt_follow_batch();
     if (options->kfold) return make_folds(options);
     if (options->devices)
         return vw_fail(
             VW_ERROR_USAGE,
             "--devices is for several trainings; give it with --kfold K, or to viewworth worth after the run");
-    bool several = seeds && *seeds; // jobs of a batch
-    if (options->together && !options->worth && !several)
+    if (options->together && !options->worth)
         return vw_fail(VW_ERROR_USAGE,
                        "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
-    if (several) return vw_value_jobs(options, seeds);
     enum vw_status status = options->worth ? vw_worth_check_options(options) : VW_OK;
     return status ? status : make_run(options, false);
 }

@@ -7,7 +7,6 @@
 #include <stdbool.h>
 
 #include "batch/batch.h"
-#include "batch/slurm.h"
 #include "experiment/comparison.h"
 #include "experiment/kfold.h"
 #include "experiment/prices.h"
@@ -53,14 +52,9 @@ struct vw_batch_display {
 };
 // Shows a line for every job that ends; on a terminal also one that is updated in place. A vw_batch_progress whose
 // context is a struct vw_batch_display.
-void vw_batch_show(void *context, const struct vw_batch *batch, const struct vw_job *ended);
+void vw_batch_show(void *context, const struct vw_batch *batch, const struct vw_batch_row *ended);
 void vw_batch_show_end(struct vw_batch_display *display);
-// Prints the table of jobs and the files that were written; no files if `runs` is NULL. VW_ERROR_MEMORY if `rows` is
-// NULL.
-enum vw_status vw_summary_print(const struct vw_summary_row *rows, uint32_t count, const struct vw_merged_runs *runs,
-                                const char *out, bool json);
-// Prints the jobs that were submitted to Slurm, and the place of their logs.
-enum vw_status vw_submitted_print(const struct vw_batch *batch, const struct vw_slurm_numbers *numbers, const char *out,
-                                  bool json);
+// Prints the table of jobs and the files that were written.
+enum vw_status vw_rows_print(const struct vw_batch_rows *rows, const char *out, bool json);
 
 #endif
