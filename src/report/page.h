@@ -59,7 +59,7 @@ struct vw_report_run {
     const char *map_json;            // as run/outputs/scene_map.h has it: where cameras and points are; NULL: none
     const char *residuals_json;      // as run/outputs/residuals.h: photos beside their renders and errors; NULL: none
     const char *reconstruction_json; // as run/outputs/reconstruction.h; NULL: none
-    const char *next_json;           // as run/next/proposals_json.h: places for the next photos; NULL: none
+    const char *next_json;           // as run/next/next.h: places for the next photos; NULL: none
     const char *duplicates_json;     // duplicates.csv of its folder, as a document of kind "table"; NULL: none
 };
 

@@ -38,7 +38,7 @@ function addTooltips({data, options}, places, y) {
     radius: 9, borderWidth: 0, backgroundColor: 'transparent', hoverBackgroundColor: 'transparent'});
   tooltip.filter = item => item.raw.place !== undefined || filter(item);
   tooltip.callbacks.label = item => item.raw.place === undefined ? label(item) :
-    [[item.raw.place + 1, proposals[item.raw.place].reasons.join(', ')].filter(Boolean).join(': '), proposals[item.raw.place].move];
+    [[item.raw.place + 1, proposals[item.raw.place].reason].filter(Boolean).join(': '), proposals[item.raw.place].move];
 }
 
 Chart.register({id: 'places', beforeInit(chart) { // the map grows until all places are on it
@@ -66,7 +66,7 @@ function placesTable({next: {proposals, pictures = []}}) {
   const render = i => pictures[i] ? element('img', {src: pictureUri('webp', pictures[i]), height: 104, loading: 'lazy',
     alt: 'render from place ' + (i + 1)}) : '';
   return plainTable(['', ...(seen ? ['render'] : []), 'why', 'distance', 'photos that see it', 'from the nearest photo'],
-    proposals.map((place, i) => [String(i + 1), ...(seen ? [render(i)] : []), place.reasons.join(', '), short(place.distance),
+    proposals.map((place, i) => [String(i + 1), ...(seen ? [render(i)] : []), place.reason, short(place.distance),
       short(place.seen_by), place.move]), [0, 2 + seen, 3 + seen]);
 }
 

@@ -18,8 +18,7 @@ psnr() { # psnr SEED LIST: of the scene tiny
 
 check "two scenes are compared" compare
 check "two of six photos are known" test "$(sort -u "$folder/out/tiny/near_1/known.txt" | wc -l)" = 2
-check "the others are proposed, by their score" test "$(table single_gains "SELECT count(*), count(DISTINCT photo) FROM t WHERE
-    scene = 'tiny' AND score + 0 > 0")" = '4|4'
+check "the others are proposed" test "$(table single_gains "SELECT count(*), count(DISTINCT photo) FROM t WHERE scene = 'tiny'")" = '4|4'
 check "and no known one" test "$(table single_gains 'SELECT photo FROM t' | grep -cxf "$folder/out/tiny/near_1/known.txt")" = 0
 check "three methods pick one and two photos" test "$(table proposals 'SELECT count(*), count(DISTINCT method) FROM t')" = '12|3'
 check "a gain is a difference of test PSNR" near "$(table proposals "SELECT gain_db FROM t WHERE scene = 'tiny' AND method = 'next'
@@ -29,7 +28,6 @@ check "the oracle begins with the largest single gain" test "$(table single_gain
     "$folder/out/tiny/near_1/compare_2001_known.lists/oracle_1.names")"
 mean=$(table proposals "SELECT printf('%+.2f', avg(gain_db)) FROM t WHERE method = 'random' AND picks = 1")
 check "the mean over scenes is printed" says "near +1 photos  random +\\$mean "
-check "so is the correlation" says "near     single additions  correlation "
 cp "$folder/stdout" "$folder/first" && cp "$folder/out/proposals.csv" "$folder/first.csv"
 check "again" compare
 check "it resumes, with the same result" eval 'cmp "$folder/stdout" "$folder/first" && cmp "$folder/out/proposals.csv" "$folder/first.csv"'

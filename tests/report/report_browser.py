@@ -177,7 +177,7 @@ def places_are_right(browser, folder):
     with open(f'{folder}/planned/next.json', encoding='utf-8') as file:
         places = json.load(file)['proposals']
     rows = page.run("return [...document.querySelectorAll('#next tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))")
-    expect([[row[0], row[2]] for row in rows] == [[str(i + 1), ', '.join(place['reasons'])] for i, place in enumerate(places)], rows)
+    expect([[row[0], row[2]] for row in rows] == [[str(i + 1), place['reason']] for i, place in enumerate(places)], rows)
     shown = page.run("""const pictures = [...document.querySelectorAll('#next td img')];
         pictures.forEach(one => { one.loading = 'eager'; });
         return Promise.all(pictures.map(one => one.decode())).then(() => pictures.map(one => one.naturalWidth))""")
@@ -189,7 +189,7 @@ def places_are_right(browser, folder):
     expect(inside, 'a place is off the map')
     told = page.run("""const {chart} = charts.get('map-above'), datasetIndex = chart.data.datasets.length - 1;
         chart.tooltip.setActiveElements([{datasetIndex, index: 1}], {x: 9, y: 9}); return chart.tooltip.body[0].lines""")
-    expect(told == [': '.join(filter(None, ['2', ', '.join(places[1]['reasons'])])), places[1]['move']], told)
+    expect(told == [': '.join(filter(None, ['2', places[1]['reason']])), places[1]['move']], told)
     page = Page(browser, f'{folder}/run/report.html')
     page.run('drawPending()')
     expect(not page.run("return document.getElementById('next')") and purple_pixels(page, 'map-above') == 0, 'places where there are none')

@@ -6,13 +6,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/statistics.h"
-#include "run/next/candidate_poses.h"
-#include "run/next/candidates.h"
-#include "run/next/farthest.h"
-#include "run/next/move.h"
-#include "run/next/reasons.h"
-#include "scene/camera_path.h"
+#include "run/next/next_private.h"
 
 enum { CAMERAS = 24, SEED = 5 };
 
@@ -144,6 +138,7 @@ struct known {
 static void place_view(const struct world *world, uint32_t number, struct vw_view *view) {
     double position[3], target[3];
     const double *up = world->place == on_grid ? (double[]){0, 1, 0} : (double[]){0, 0, 1};
+    view->name = (char *)"photo";
     view->camera = (struct vw_camera){.width_px = 64,
                                       .height_px = 48,
                                       .focal_x_px = 60 + number % 5,
@@ -156,7 +151,6 @@ static void place_view(const struct world *world, uint32_t number, struct vw_vie
 }
 
 static struct known *make_known(const struct world *world) {
-    const struct vw_depth_source depths = {render, (void *)world};
     struct known *known = vw_allocate(1, sizeof *known);
     known->scene = (struct vw_scene){.path = (char *)world->name,
                                      .views = known->views,
@@ -168,7 +162,7 @@ static struct known *make_known(const struct world *world) {
         place_view(world, (uint32_t[]){0, 12, 6}[v], &known->views[CAMERAS + v]);
         known->views[CAMERAS + v].split = VW_SPLIT_VAL;
     }
-    ASSERT_OK(vw_known_photos_create(&known->scene, &depths, SEED, &known->photos));
+    ASSERT_OK(vw_known_photos_create(&known->scene, SEED, render, (void *)world, &known->photos));
     memcpy(known->photos.val_mse, (double[]){0.01, 0.02, 0.015}, 3 * sizeof(double));
     known->photos.usual_mse = 0.015;
     return known;
@@ -203,17 +197,16 @@ static void assert_free(const struct world *world, const struct known *known, co
 static double share_seen(const struct world *world, const struct known *known, const struct vw_depth_map *map) {
     uint32_t points = 0, seen = 0;
     for (uint32_t i = 0; i < VW_DEPTH_MAP_PIXELS; i++) {
-        struct vw_sight sight;
-        double own[3], out[3], place[3];
-        if (!vw_depth_map_point(map, i, &sight)) continue;
-        for (int k = 0; k < 3; k++) own[k] = sight.point_world[k] - sight.from_world[k];
+        double point[3], own[3], out[3], place[3];
+        if (!vw_depth_map_point(map, i, point)) continue;
+        for (int k = 0; k < 3; k++) own[k] = point[k] - map->pose.camera_to_world[k][3];
         points++;
         uint32_t seeing = 0;
         for (uint32_t v = 0; v < CAMERAS && seeing < 2; v++) {
             const double(*to_world)[4] = known->views[v].camera_to_world;
             const struct vw_camera pinhole = vw_camera_pinhole(&known->views[v].camera);
             double from[3], column, row;
-            for (int k = 0; k < 3; k++) from[k] = to_world[k][3], out[k] = sight.point_world[k] - from[k];
+            for (int k = 0; k < 3; k++) from[k] = to_world[k][3], out[k] = point[k] - from[k];
             for (int k = 0; k < 3; k++)
                 place[k] = to_world[0][k] * out[0] + to_world[1][k] * out[1] + to_world[2][k] * out[2];
             bool in_picture =
@@ -231,7 +224,7 @@ static void assert_sees(const struct world *world, const struct known *known, co
     const uint32_t view = 0;
     struct vw_depth_map *map = NULL;
     double counts[CAMERAS];
-    ASSERT_OK(vw_depth_maps_make(&known->photos.depths, &view, pose, 1, &map));
+    ASSERT_OK(vw_depth_maps_make(&known->photos, &view, pose, 1, &map));
     for (uint32_t v = 0; v < CAMERAS; v++) counts[v] = known->photos.maps[v].seen_count;
     assert_true(map->seen_count >= 0.5 * vw_median(counts, CAMERAS));
     assert_true(map->nearest_world >= 0.5 * nearest->nearest_world);
@@ -292,13 +285,15 @@ TEST(a_seed_gives_the_same_places) {
 
 TEST(half_of_the_poses_lie_between_cameras_and_some_look_at_targets) {
     struct known *known = make_known(&worlds[0]);
-    struct vw_pose_base bases[CAMERAS] = {0};
     uint32_t inside = 0, at_target = 0;
-    for (uint32_t v = 0; v < CAMERAS; v++)
-        bases[v] = (struct vw_pose_base){.target_count = 1, .targets_world = {{0, 0, -0.5}}};
+    for (uint32_t v = 0; v < CAMERAS; v++) { // all look at the origin, and few photos see one point
+        const double(*pose)[4] = known->views[v].camera_to_world;
+        known->photos.maps[v].median_world = sqrt(pow(pose[0][3], 2) + pow(pose[1][3], 2) + pow(pose[2][3], 2));
+        known->photos.points[v] = (struct vw_seen_points){.count = 1, .points_world = {{0, 0, -0.5}}};
+    }
     for (uint32_t n = 0; n < 40 * CAMERAS; n++) {
         double pose[3][4], place[3], off_focus = 0, off_target = 0;
-        assert_true(vw_pose_draw(&known->photos, bases, n % CAMERAS, n / CAMERAS, pose));
+        assert_true(vw_next_draw_pose(&known->photos, n % CAMERAS, n / CAMERAS, pose));
         for (int k = 0; k < 3; k++)
             place[k] = pose[0][k] * pose[0][3] + pose[1][k] * pose[1][3] + pose[2][k] * pose[2][3];
         off_focus = hypot(place[0], place[1]); // the origin's distance from the axis
@@ -316,11 +311,11 @@ TEST(maps_know_their_surface_and_who_sees_it) {
     const struct world *world = &worlds[0];
     struct known *known = make_known(world);
     for (uint32_t v = 0; v < CAMERAS; v++) {
-        struct vw_sight sight;
+        const double(*pose)[4] = known->views[v].camera_to_world, from[] = {pose[0][3], pose[1][3], pose[2][3]};
         uint32_t seen = 0;
         for (uint32_t pixel = 0; pixel < VW_DEPTH_MAP_PIXELS; pixel++) {
-            if (!vw_depth_map_point(&known->photos.maps[v], pixel, &sight)) continue;
-            const double *point = sight.point_world;
+            double point[3];
+            if (!vw_depth_map_point(&known->photos.maps[v], pixel, point)) continue;
             seen++;
             double off = fabs(point[2] + 0.9);
             for (uint32_t b = 0; b < world->ball_count; b++) {
@@ -329,16 +324,16 @@ TEST(maps_know_their_surface_and_who_sees_it) {
                 off = fmin(off, fabs(sqrt(dot(away, away)) - world->balls[b].radius));
             }
             assert_near(off, 0, 1e-5);
-            assert_true(vw_depth_map_sees(&known->photos.maps[v], &sight));
+            assert_true(vw_depth_map_sees(&known->photos.maps[v], from, point));
         }
         assert_int_equal(known->photos.maps[v].seen_count, seen);
     }
-    const struct vw_sight behind = {{3, 0.8, 1}, {-0.79, 0, 0}}, before = {{3, 0.8, 1}, {0.79, 0, 0}},
-                          away = {{3, 0.8, 1}, {6, 0, 0.3}}, inside = {{0, 0, 0}, {0.79, 0, 0}};
-    assert_true(vw_depth_map_sees(&known->photos.maps[1], &before));
-    assert_false(vw_depth_map_sees(&known->photos.maps[1], &behind));
-    assert_false(vw_depth_map_sees(&known->photos.maps[1], &away));
-    assert_false(vw_depth_map_sees(&known->photos.maps[1], &inside)); // its other side
+    static const double from[] = {3, 0.8, 1}, centre[] = {0, 0, 0}, before[] = {0.79, 0, 0};
+    static const double behind[] = {-0.79, 0, 0}, away[] = {6, 0, 0.3};
+    const struct vw_depth_map *map = &known->photos.maps[1];
+    assert_true(vw_depth_map_sees(map, from, before));
+    assert_false(vw_depth_map_sees(map, from, behind) || vw_depth_map_sees(map, from, away));
+    assert_false(vw_depth_map_sees(map, centre, before)); // its other side
     free_known(known);
 }
 
@@ -350,15 +345,14 @@ TEST(points_know_how_many_maps_see_them) {
         const struct vw_seen_points *points = &photos->points[v];
         struct vw_seen_points limited;
         assert_in_range(points->count, 1, VW_SEEN_POINTS_MOST);
-        vw_seen_points_find(&photos->maps[v], photos->maps, CAMERAS, 2, &limited);
+        vw_seen_points_find(&photos->maps[v], photos, 2, &limited);
         assert_int_equal(limited.count, points->count);
         for (uint32_t k = 0; k < points->count; k++) {
-            struct vw_sight sight;
+            const double(*pose)[4] = photos->maps[v].pose.camera_to_world,
+                  from[] = {pose[0][3], pose[1][3], pose[2][3]};
             uint32_t seeing = 0;
-            memcpy(sight.point_world, points->points_world[k], sizeof sight.point_world);
-            for (int i = 0; i < 3; i++) sight.from_world[i] = photos->maps[v].pose.camera_to_world[i][3];
             for (uint32_t other = 0; other < CAMERAS; other++)
-                seeing += vw_depth_map_sees(&photos->maps[other], &sight);
+                seeing += vw_depth_map_sees(&photos->maps[other], from, points->points_world[k]);
             assert_near(points->seen_by[k], seeing, 0);
             assert_near(limited.seen_by[k], seeing < 2 ? seeing : 2, 0);
         }
@@ -378,19 +372,28 @@ TEST(a_world_without_matter_has_no_places) {
     free_known(known);
 }
 
+// Forgets what is said of proposals.
+static void forget(struct vw_next *next) {
+    for (uint32_t k = 0; k < next->proposal_count; k++) {
+        free(next->proposals[k].nearest);
+        free(next->proposals[k].move);
+        next->proposals[k] = (struct vw_proposal){.pose = next->proposals[k].pose};
+    }
+}
+
 TEST(reasons_follow_from_photos_and_errors) {
     const double up[3] = {0, 0, 1};
     const struct place {
         double position[3], target[3];
-        uint32_t reasons;
+        const char *reason;
     } places[] = {
-        {{2.9, -0.6, 0.5}, {0, 0, 0}, 1u << VW_BETWEEN_PHOTOS},
-        {{-2.9, 0.6, 0.5}, {0, 0, 0}, 1u << VW_HIGH_ERROR},
-        {{7, -1, 4}, {0, 0, 0}, 1u << VW_EXTRAPOLATES}, // through a long lens
+        {{2.9, -0.6, 0.5}, {0, 0, 0}, "between photos"},
+        {{-2.9, 0.6, 0.5}, {0, 0, 0}, "high error"},
+        {{7, -1, 4}, {0, 0, 0}, "extrapolates"}, // through a long lens
         // Away from all: camera 12, across, looks in a like direction, but is too far.
-        {{2.9, -0.6, 0.5}, {9, -2, -0.5}, 1u << VW_EXTRAPOLATES | 1u << VW_SEEN_BY_FEW},
-        {{2.9, -0.6, 0.5}, {9, -2, 9}, 1u << VW_EXTRAPOLATES | 1u << VW_SEES_NOTHING},
-        {{4.4, -0.9, 0.5}, {0, 0, 0}, 0}, // farther than usual, and seen
+        {{2.9, -0.6, 0.5}, {9, -2, -0.5}, "seen by few, extrapolates"},
+        {{2.9, -0.6, 0.5}, {9, -2, 9}, "extrapolates, sees nothing"},
+        {{4.4, -0.9, 0.5}, {0, 0, 0}, ""}, // farther than usual, and seen
     };
     struct known *known = make_known(&worlds[0]);
     struct vw_view frames[VW_ARRAY_COUNT(places)] = {0};
@@ -403,15 +406,16 @@ TEST(reasons_follow_from_photos_and_errors) {
         proposals[p].pose = &frames[p];
     }
     struct vw_next next = {.proposals = proposals, .proposal_count = VW_ARRAY_COUNT(places)};
-    ASSERT_OK(vw_next_find_reasons(&known->photos, &next));
-    for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) assert_int_equal(proposals[p].reasons, places[p].reasons);
+    ASSERT_OK(vw_next_describe(&known->photos, &next));
+    for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) assert_string_equal(proposals[p].reason, places[p].reason);
     assert_int_equal(proposals[0].nearest_view, 23);
     assert_int_equal(proposals[1].nearest_view, 11);
     assert_true(proposals[0].seen_by > 2 * proposals[3].seen_by);
-    for (uint32_t p = 0; p < VW_ARRAY_COUNT(places); p++) proposals[p].reasons = 0;
+    forget(&next);
     known->photos.val_count = 2; // too few for a median
-    ASSERT_OK(vw_next_find_reasons(&known->photos, &next));
-    assert_int_equal(proposals[1].reasons, 1u << VW_BETWEEN_PHOTOS);
+    ASSERT_OK(vw_next_describe(&known->photos, &next));
+    assert_string_equal(proposals[1].reason, "between photos");
+    forget(&next);
     free_known(known);
 }
 
@@ -432,17 +436,10 @@ static double gain_of(const struct known *known, const struct vw_next *next, con
 }
 
 // Forgets the proposals, but not the candidates.
-static void pick_again(const struct known *known, uint32_t wanted, struct vw_next *next) {
-    free(next->first_gains);
+static void choose_again(const struct known *known, uint32_t wanted, struct vw_next *next) {
     free(next->proposals);
     next->proposal_count = 0;
-    ASSERT_OK(vw_farthest_pick(&known->photos, wanted, next));
-}
-
-static void free_next(struct vw_next *next) {
-    free(next->first_gains);
-    free(next->proposals);
-    vw_camera_path_free(&next->candidates);
+    ASSERT_OK(vw_next_choose(&known->photos, wanted, next));
 }
 
 TEST(the_farthest_by_error_are_proposed_one_after_another) {
@@ -451,17 +448,15 @@ TEST(the_farthest_by_error_are_proposed_one_after_another) {
     struct vw_next next = {0};
     ASSERT_OK(vw_next_candidates_make(&known->photos, &next.candidates));
     const struct vw_view *frames = next.candidates.frames;
-    pick_again(known, WANTED, &next);
+    choose_again(known, WANTED, &next);
     assert_int_equal(next.proposal_count, WANTED);
-    for (uint32_t i = 0; i < next.candidates.count; i++)
-        assert_near(next.first_gains[i], gain_of(known, &next, &frames[i], 0), 1e-12);
     for (uint32_t k = 0; k < WANTED; k++) {
         double gain = next.proposals[k].gain;
         assert_near(gain, gain_of(known, &next, next.proposals[k].pose, k), 1e-12);
         for (uint32_t i = 0; i < next.candidates.count; i++)
             assert_true(gain_of(known, &next, &frames[i], k) <= gain + 1e-12);
     }
-    free_next(&next);
+    vw_next_free(&next);
     free_known(known);
 }
 
@@ -473,16 +468,16 @@ TEST(of_equal_places_the_first_is_proposed_and_all_once) {
     ASSERT_OK(vw_next_candidates_make(&known->photos, &next.candidates));
     struct vw_view *frames = next.candidates.frames;
     next.candidates.count = COUNT;
-    pick_again(known, 1, &next);
+    choose_again(known, 1, &next);
     uint32_t best = (uint32_t)(next.proposals[0].pose - frames), other = best == 0 ? COUNT - 1 : 0;
     frames[other] = frames[best];
-    pick_again(known, COUNT + 1, &next);
+    choose_again(known, COUNT + 1, &next);
     assert_int_equal(next.proposal_count, COUNT);
     assert_ptr_equal(next.proposals[0].pose, &frames[best < other ? best : other]);
     for (uint32_t k = 0; k < COUNT; k++) places[k] = (uint32_t)(next.proposals[k].pose - frames);
     vw_sort_places(places, COUNT);
     for (uint32_t i = 0; i < COUNT; i++) assert_int_equal(places[i], i);
-    free_next(&next);
+    vw_next_free(&next);
     free_known(known);
 }
 
@@ -491,17 +486,19 @@ TEST(without_errors_distances_decide) {
     struct vw_next next = {0};
     ASSERT_OK(vw_next_candidates_make(&known->photos, &next.candidates));
     for (int validates = 1; validates >= 0; validates--) { // no error, and no validation photo
+        double most = 0;
         memset(known->photos.val_mse, 0, 3 * sizeof(double));
         if (!validates) known->photos.val_count = 0;
-        pick_again(known, 1, &next);
+        choose_again(known, 1, &next);
         for (uint32_t i = 0; i < next.candidates.count; i++) {
             double apart;
             vw_view_nearest(&known->scene, &known->photos.scales, known->photos.views, CAMERAS,
                             &next.candidates.frames[i], &apart);
-            assert_near(next.first_gains[i], validates ? 1e-6 * apart : apart, 1e-18);
+            most = fmax(most, apart);
         }
+        assert_near(next.proposals[0].gain, validates ? 1e-6 * most : most, 1e-18);
     }
-    free_next(&next);
+    vw_next_free(&next);
     free_known(known);
 }
 
@@ -512,36 +509,32 @@ TEST(a_move_is_along_the_axes_of_the_nearest_photo) {
     double usual_world = known->photos.scales.between_world * known->photos.scales.typical;
     known->views[7].name = (char *)"set/view_007";
     struct vw_view pose = known->views[7];
-    char *same = vw_next_describe_move(&known->photos, &pose);
-    assert_string_equal(same, "view_007: the same place");
-    free(same);
+    struct vw_proposal proposal = {.pose = &pose};
+    struct vw_next next = {.proposals = &proposal, .proposal_count = 1};
+    ASSERT_OK(vw_next_describe(&known->photos, &next));
+    assert_string_equal(proposal.move, "view_007: the same place");
+    forget(&next);
     for (int i = 0; i < 3; i++) {
         const double *row = known->views[7].camera_to_world[i];
         pose.camera_to_world[i][3] += usual_world * dot(row, steps);
         pose.camera_to_world[i][2] = dot(row, back);
     }
-    char *move = vw_next_describe_move(&known->photos, &pose);
-    assert_string_equal(move, "view_007: 0.4 right, 0.2 down, 0.1 forward; turn 40 deg left, 20 deg down");
-    free(move);
+    ASSERT_OK(vw_next_describe(&known->photos, &next));
+    assert_string_equal(proposal.move, "view_007: 0.4 right, 0.2 down, 0.1 forward; turn 40 deg left, 20 deg down");
+    forget(&next);
     free_known(known);
 }
 
 TEST(portraits_have_the_lens_of_landscapes) {
-    struct vw_view views[] = {{.camera = {.width_px = 40, .height_px = 30, .focal_x_px = 30}},
-                              {.camera = {.width_px = 30, .height_px = 40, .focal_x_px = 31}},
-                              {.camera = {.width_px = 40, .height_px = 30, .focal_x_px = 32}}};
-    const struct vw_scene scene = {.views = views, .view_count = 3};
-    const struct vw_known_photos known = {.scene = &scene, .views = (uint32_t[]){0, 1, 2}, .count = 3};
-    assert_int_equal(vw_known_photos_usual(&known), 1);
-}
-
-TEST(words_of_reasons_are_known_and_joined) {
-    char text[64];
-    vw_next_print_reasons(1u << VW_SEEN_BY_FEW | 1u << VW_EXTRAPOLATES, text, sizeof text);
-    assert_string_equal(text, "seen by few, extrapolates");
-    vw_next_print_reasons(0, text, sizeof text);
-    assert_string_equal(text, "");
-    assert_true(vw_next_reason_is_known("high error"));
-    assert_false(vw_next_reason_is_known("high"));
-    assert_false(vw_next_reason_is_known(NULL));
+    struct known *known = make_known(&worlds[0]);
+    struct vw_known_photos *photos = &known->photos;
+    for (uint32_t v = 0; v < CAMERAS; v++) {
+        struct vw_camera *camera = &known->views[v].camera;
+        if (v % 2) *camera = vw_camera_resized(camera, 48, 64);
+        camera->focal_x_px = 50 + v;
+    }
+    vw_known_photos_destroy(photos);
+    ASSERT_OK(vw_known_photos_create(&known->scene, SEED, render, (void *)&worlds[0], photos));
+    assert_int_equal(photos->usual, CAMERAS / 2 - 1);
+    free_known(known);
 }

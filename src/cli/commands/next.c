@@ -5,21 +5,9 @@
 #include "base/json.h"
 #include "cli/commands/commands.h"
 #include "cli/output/print.h"
-#include "run/next/proposals_json.h"
-#include "run/next/reasons.h"
 
-static json_t *alone_to_json(const struct vw_view *view, double gain) {
-    const double(*pose)[4] = view->camera_to_world;
-    return json_pack("{s:o, s:o, s:[fff]}", "name", vw_json_string(view->name), "gain", vw_json_real(gain), "position",
-                     pose[0][VW_POSE_POSITION], pose[1][VW_POSE_POSITION], pose[2][VW_POSE_POSITION]);
-}
-
-// Adds what each place would gain alone to the proposals.
 static json_t *to_json(const struct vw_options *options, const struct vw_next *next) {
-    json_t *root = vw_proposals_to_json(next), *alone = json_array();
-    for (uint32_t i = 0; i < next->candidates.count; i++)
-        vw_json_append(&alone, alone_to_json(&next->candidates.frames[i], next->first_gains[i]));
-    vw_json_set(&root, "candidates", alone);
+    json_t *root = vw_proposals_to_json(next);
     vw_json_set(&root, "to", vw_json_string(options->to));
     return root;
 }
@@ -27,11 +15,10 @@ static json_t *to_json(const struct vw_options *options, const struct vw_next *n
 static void print_row(const struct vw_next *next, uint32_t place) {
     const struct vw_proposal *proposal = &next->proposals[place];
     const char *name = proposal->pose->name;
-    char reasons[128], seen_by[64];
-    vw_next_print_reasons(proposal->reasons, reasons, sizeof reasons);
+    char seen_by[64];
     snprintf(seen_by, sizeof seen_by, "%.0f of %u photos", proposal->seen_by, next->photo_count);
-    vw_print("%2u  %8.1f  %-16s  %-25s  %s%s%s\n", place + 1, proposal->apart, seen_by, reasons, proposal->move,
-             name ? "  " : "", name ? name : "");
+    vw_print("%2u  %8.1f  %-16s  %-25s  %s%s%s\n", place + 1, proposal->apart, seen_by, proposal->reason,
+             proposal->move, name ? "  " : "", name ? name : "");
 }
 
 static void print_text(const struct vw_options *options, const struct vw_next *next) {

@@ -1,6 +1,5 @@
-#include "run/next/proposal_files.h"
-
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,20 +8,81 @@
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/json.h"
+#include "base/json_reader.h"
 #include "base/memory.h"
 #include "image/image.h"
 #include "image/webp_text.h"
-#include "run/next/proposals_json.h"
-#include "run/next/reasons.h"
+#include "run/next/next_private.h"
 #include "run/out_files.h"
-#include "scene/camera_path.h"
+#include "scene/builder.h"
 #include "scene/formats/ply.h"
 #include "scene/formats/transforms.h"
 #include "train/trainer.h"
 
-// Returns the path of a render, owned by the caller; NULL: memory is short.
-static char *name_render(const char *out, uint32_t place) {
-    return vw_format_text("%s/" VW_NEXT_RENDER_NAME, out, place + 1);
+enum { RENDER_SIDE_MOST_PX = 480 };       // a WebP file of noise, too, is then below VW_WEBP_TEXT_LIMIT_BYTES
+enum { PICTURES_MOST = 20 };              // so that pages stay small
+static const double DIRECTION_MOST = 1.1; // a unit vector, rounded
+
+// ---- next.json -----------------------------------------------------------------------------------------------------
+
+static json_t *proposal_to_json(const struct vw_proposal *proposal, uint32_t place) {
+    const double(*pose)[4] = proposal->pose->camera_to_world;
+    char render[32];
+    snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
+    return json_pack("{s:o, s:[fff], s:[fff], s:o, s:o, s:s, s:f, s:o, s:o, s:o, s:s}", "name",
+                     vw_json_string(proposal->pose->name), "position", pose[0][VW_POSE_POSITION],
+                     pose[1][VW_POSE_POSITION], pose[2][VW_POSE_POSITION], "direction", -pose[0][VW_POSE_BACK],
+                     -pose[1][VW_POSE_BACK], -pose[2][VW_POSE_BACK], "camera_to_world", vw_pose_to_json(pose), "gain",
+                     vw_json_real(proposal->gain), "reason", proposal->reason, "seen_by", proposal->seen_by, "nearest",
+                     vw_json_string(proposal->nearest), "distance", vw_json_real(proposal->apart), "move",
+                     vw_json_string(proposal->move), "render", render);
+}
+
+json_t *vw_proposals_to_json(const struct vw_next *next) {
+    json_t *proposals = json_array();
+    for (uint32_t k = 0; k < next->proposal_count; k++)
+        vw_json_append(&proposals, proposal_to_json(&next->proposals[k], k));
+    return json_pack("{s:s, s:o}", "scene_hash", next->scene_hash, "proposals", proposals);
+}
+
+static void check_proposal(struct vw_json_reader *reader, const json_t *proposal, void *context) {
+    static const char *const texts[] = {"reason", "nearest", "move"}, *const numbers[] = {"seen_by", "distance"};
+    double position[] = {NAN, NAN, NAN}, direction[] = {NAN, NAN, NAN}; // NaN: the key is required
+    (void)context;
+    vw_json_numbers(reader, proposal, "position", -VW_POSITION_MOST_WORLD, VW_POSITION_MOST_WORLD, position, 3);
+    vw_json_numbers(reader, proposal, "direction", -DIRECTION_MOST, DIRECTION_MOST, direction, 3);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++)
+        if (!json_is_string(json_object_get(proposal, texts[i]))) vw_json_refuse(reader, texts[i], "expected a text");
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++)
+        vw_json_number(reader, proposal, numbers[i], 0, DBL_MAX, &(double){NAN});
+}
+
+enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count) {
+    struct vw_json_reader reader = {.path = path};
+    const json_t *pictures = json_object_get(file, "pictures");
+    const char *hash = "";
+    (void)image_count; // a proposal is of no photo
+    vw_json_text(&reader, file, "scene_hash", &hash);
+    if (strcmp(hash, scene_hash) != 0)
+        vw_json_refuse(&reader, "scene_hash", "is of another scene than the ledger; propose again by viewworth next");
+    vw_json_each(&reader, file, "proposals", VW_CAMERA_PATH_FRAMES_MOST, check_proposal, NULL);
+    size_t count = json_array_size(pictures), most = json_array_size(json_object_get(file, "proposals"));
+    if (pictures && (!json_is_array(pictures) || count > PICTURES_MOST || count > most))
+        vw_json_refuse(&reader, "pictures", "expected an array of at most %d renders of places", PICTURES_MOST);
+    for (size_t i = 0; i < count; i++)
+        if (!vw_is_webp_text(json_string_value(json_array_get(pictures, i))))
+            vw_json_refuse(&reader, "pictures", "number %zu is not a WebP file in base64", i + 1);
+    return reader.status;
+}
+
+enum vw_status vw_proposals_drop_pictures(char **text) {
+    json_error_t error;
+    json_t *file = vw_json_load(*text, strlen(*text), 0, &error);
+    json_object_del(file, "pictures");
+    free(*text);
+    *text = vw_json_to_text(file, JSON_COMPACT);
+    json_decref(file);
+    return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for next.json");
 }
 
 // ---- Renders -------------------------------------------------------------------------------------------------------
@@ -39,96 +99,91 @@ static enum vw_status add_picture(const struct vw_camera *camera, const float *r
     return status || *pictures ? status : VW_ERROR_MEMORY;
 }
 
-static enum vw_status render_proposal(const struct vw_proposal_files *files, uint32_t place, json_t **pictures) {
-    struct vw_view pose = *files->next->proposals[place].pose;
-    double factor = fmin(1, VW_NEXT_RENDER_SIDE_MOST_PX / fmax(pose.camera.width_px, pose.camera.height_px));
+static enum vw_status render(const char *path, const struct vw_proposal *proposal, struct vw_trainer *trainer,
+                             json_t **pictures) {
+    struct vw_view pose = *proposal->pose;
+    double factor = fmin(1, RENDER_SIDE_MOST_PX / fmax(pose.camera.width_px, pose.camera.height_px));
     pose.camera = vw_camera_resized(&pose.camera, (uint32_t)fmax(1, lround(factor * pose.camera.width_px)),
                                     (uint32_t)fmax(1, lround(factor * pose.camera.height_px)));
     float *rgb = NULL;
-    char *path = name_render(files->out, place);
-    if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status =
-        vw_trainer_render_posed(files->trainer, files->next->proposals[place].nearest_view, &pose, false, &rgb);
+    enum vw_status status = vw_trainer_render_posed(trainer, proposal->nearest_view, &pose, false, &rgb);
     if (!status) status = vw_image_save(path, pose.camera.width_px, pose.camera.height_px, 3, rgb);
-    if (!status && place < VW_NEXT_PICTURES_MOST) status = add_picture(&pose.camera, rgb, pictures);
+    if (!status && json_array_size(*pictures) < PICTURES_MOST) status = add_picture(&pose.camera, rgb, pictures);
     free(rgb);
-    free(path);
     return status;
 }
 
-// Removes next.json of an earlier call.
-static enum vw_status remove_list(const char *list) {
-    if (!unlink(list) || errno == ENOENT) return VW_OK;
-    return vw_fail(VW_ERROR_IO, "%s: cannot remove: %s", list, strerror(errno));
-}
-
-// Removes the renders of an earlier call beyond those of this one.
-static enum vw_status remove_rest(const struct vw_proposal_files *files) {
-    bool removed = true;
-    for (uint32_t place = files->next->proposal_count; removed; place++) {
-        char *path = name_render(files->out, place);
+// Renders the proposals and removes the renders of an earlier call beyond them.
+static enum vw_status write_renders(const char *out, const struct vw_next *next, struct vw_trainer *trainer,
+                                    json_t **pictures) {
+    enum vw_status status = VW_OK;
+    bool more = true;
+    for (uint32_t place = 0; more && !status; place++) {
+        char *path = vw_format_text("%s/" VW_NEXT_RENDER_NAME, out, place + 1);
         if (!path) return VW_ERROR_MEMORY;
-        removed = !unlink(path);
+        if (place < next->proposal_count) status = render(path, &next->proposals[place], trainer, pictures);
+        else more = !unlink(path);
         free(path);
     }
-    return VW_OK;
+    return status;
 }
 
 // ---- Poses for other programs --------------------------------------------------------------------------------------
 
-static json_t *frame_to_json(const struct vw_proposal_files *files, uint32_t place) {
-    char render[32], reasons[128] = "";
-    snprintf(render, sizeof render, VW_NEXT_RENDER_NAME, place + 1);
-    json_t *frame = vw_transforms_frame_to_json(files->next->proposals[place].pose, render, NULL, true);
-    vw_next_print_reasons(files->next->proposals[place].reasons, reasons, sizeof reasons);
-    vw_json_set(&frame, "reason", json_string(reasons));
-    return frame;
+static enum vw_status write_transforms(const char *to, const struct vw_next *next) {
+    json_t *frames = json_array();
+    for (uint32_t k = 0; k < next->proposal_count; k++) {
+        char name[32];
+        snprintf(name, sizeof name, VW_NEXT_RENDER_NAME, k + 1);
+        json_t *frame = vw_transforms_frame_to_json(next->proposals[k].pose, name, NULL, true);
+        vw_json_set(&frame, "reason", json_string(next->proposals[k].reason));
+        vw_json_append(&frames, frame);
+    }
+    return vw_json_write_file(to, json_pack("{s:s, s:o}", "camera_model", "OPENCV", "frames", frames));
 }
 
-static enum vw_status write_transforms(const struct vw_proposal_files *files) {
-    json_t *file = json_object(), *frames = json_array();
-    for (uint32_t k = 0; k < files->next->proposal_count; k++) vw_json_append(&frames, frame_to_json(files, k));
-    vw_json_set(&file, "camera_model", json_string("OPENCV"));
-    vw_json_set(&file, "frames", frames);
-    return vw_json_write_file(files->to, file);
-}
-
-static enum vw_status write_pyramids(const struct vw_proposal_files *files) {
-    uint32_t count = files->next->proposal_count;
+static enum vw_status write_pyramids(const char *to, const struct vw_next *next, const struct vw_scene *scene) {
+    uint32_t count = next->proposal_count;
     struct vw_camera_pyramid *pyramids = vw_allocate(count, sizeof *pyramids);
     if (!pyramids) return VW_ERROR_MEMORY;
     for (uint32_t k = 0; k < count; k++) {
-        pyramids[k].view = files->next->proposals[k].pose;
+        pyramids[k].view = next->proposals[k].pose;
         vw_rank_colour(count > 1 ? 1 - k / (double)(count - 1) : 1, pyramids[k].rgb);
     }
-    const struct vw_camera_pyramids all = {pyramids, count, vw_camera_pyramid_depth(files->scene)};
-    enum vw_status status = vw_csv_write_file(files->to, vw_ply_print_cameras, &all);
+    const struct vw_camera_pyramids all = {pyramids, count, vw_camera_pyramid_depth(scene)};
+    enum vw_status status = vw_csv_write_file(to, vw_ply_print_cameras, &all);
     free(pyramids);
     return status;
 }
 
-static enum vw_status write_poses(const struct vw_proposal_files *files) {
-    if (!files->to) return VW_OK;
-    return vw_path_ends_with(files->to, ".ply") ? write_pyramids(files) : write_transforms(files);
+// ---- All of them ---------------------------------------------------------------------------------------------------
+
+// Replaces what an earlier call left in OUT. next.json goes first and comes last, so that a killed call leaves none
+// that is of other renders.
+static enum vw_status replace(const char *list, const struct vw_next_params *params, const struct vw_next *next,
+                              struct vw_trainer *trainer) {
+    if (unlink(list) && errno != ENOENT) return vw_fail(VW_ERROR_IO, "%s: cannot remove: %s", list, strerror(errno));
+    json_t *pictures = json_array(), *file;
+    enum vw_status status = write_renders(params->out, next, trainer, &pictures);
+    if (status) {
+        json_decref(pictures);
+        return status;
+    }
+    file = vw_proposals_to_json(next);
+    vw_json_set(&file, "pictures", pictures);
+    return vw_json_write_file(list, file);
 }
 
-static enum vw_status write_list(const struct vw_proposal_files *files, const char *path, json_t *pictures) {
-    json_t *list = vw_proposals_to_json(files->next);
-    vw_json_set(&list, "pictures", pictures);
-    return vw_json_write_file(path, list);
-}
-
-enum vw_status vw_proposal_files_write(const struct vw_proposal_files *files) {
-    char *list = vw_path_join(files->out, VW_NEXT_FILE);
-    json_t *pictures = json_array();
-    enum vw_status status = list ? write_poses(files) : VW_ERROR_MEMORY;
-    bool written = !status;
-    if (!status) status = remove_list(list);
-    for (uint32_t k = 0; k < files->next->proposal_count && !status; k++) status = render_proposal(files, k, &pictures);
-    if (!status) status = remove_rest(files);
-    if (!status) status = write_list(files, list, json_incref(pictures));
-    if (status && written && files->to) unlink(files->to); // it names renders that are not there
-    json_decref(pictures);
+enum vw_status vw_next_write(const struct vw_next_params *params, const struct vw_next *next,
+                             const struct vw_scene *scene, struct vw_trainer *trainer) {
+    char *list = vw_path_join(params->out, VW_NEXT_FILE);
+    enum vw_status status = list ? VW_OK : VW_ERROR_MEMORY;
+    if (!status && params->to)
+        status = vw_path_ends_with(params->to, ".ply") ? write_pyramids(params->to, next, scene)
+                                                       : write_transforms(params->to, next);
+    bool written = !status && params->to;
+    if (!status) status = replace(list, params, next, trainer);
+    if (status && written) unlink(params->to); // it names renders that are not there
     free(list);
     return status;
 }

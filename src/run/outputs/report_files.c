@@ -10,7 +10,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
-#include "run/next/proposals_json.h"
+#include "run/next/next.h"
 #include "run/outputs/reconstruction.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
