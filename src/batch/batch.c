@@ -1,6 +1,7 @@
 #include "batch/batch.h"
 
 #include <fcntl.h>
+#include <math.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdio.h>
@@ -88,7 +89,7 @@ enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct
     enum vw_status status = vw_merge_check_out(out);
     for (uint32_t i = 0; !status && i < jobs->count; i++) {
         char *folder = vw_path_join(out, jobs->jobs[i].name);
-        status = folder ? vw_rows_add(&batch->rows, jobs->jobs[i].name, folder) : VW_ERROR_MEMORY;
+        status = folder ? vw_batch_rows_add(&batch->rows, jobs->jobs[i].name, folder) : VW_ERROR_MEMORY;
         if (!status) status = read_record(&jobs->jobs[i], &batch->rows.rows[i]);
         free(folder);
     }
@@ -222,7 +223,7 @@ static enum vw_status end(struct queue *queue, uint32_t job, int wait_status) {
     double seconds = vw_now_s() - queue->children[job].begun_s;
     queue->children[job].process = 0;
     row->exit_code = WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : SIGNAL_CODE + WTERMSIG(wait_status);
-    row->seconds = seconds + (row->seconds > 0 ? row->seconds : 0); // NaN: none of its processes ended before
+    row->seconds = round(10 * (seconds + (row->seconds > 0 ? row->seconds : 0))) / 10; // NaN: none ended before
     row->state = !row->exit_code ? VW_JOB_DONE : queue->stopping ? VW_JOB_STOPPED : VW_JOB_FAILED;
     if (row->state == VW_JOB_FAILED) row->message = describe_failure(row);
     count_states(queue->batch);
@@ -296,7 +297,7 @@ static enum vw_status run_jobs(const struct vw_batch_params *params, struct vw_b
 static enum vw_status look_after_one(const struct vw_batch_params *params, struct vw_batch *batch,
                                      struct vw_out_lock **lock) {
     if (batch->failed) return VW_OK;
-    vw_rows_free(&batch->rows);
+    vw_batch_rows_free(&batch->rows);
     enum vw_status status = vw_batch_look(params->jobs, params->out, batch);
     if (!status && batch->done == batch->rows.count) (void)vw_out_lock_take(params->out, lock);
     return status;
@@ -321,14 +322,14 @@ enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_bat
     if (!status) status = run_jobs(params, batch);
     if (!status && params->only) status = look_after_one(params, batch, &lock);
     bool merges = lock != NULL;
-    if (!status && merges) status = vw_rows_merge(params->out, &batch->rows);
+    if (!status && merges) status = vw_batch_rows_merge(params->out, &batch->rows);
     if (!status && merges) status = write_states(batch, params->out);
     vw_out_lock_release(&lock);
-    if (!status && merges) vw_rows_report(params->out, &batch->rows); // locks OUT
+    if (!status && merges) vw_batch_rows_report(params->out, &batch->rows); // locks OUT
     return status ? status : check_failed(params, batch);
 }
 
 void vw_batch_free(struct vw_batch *batch) {
-    vw_rows_free(&batch->rows);
+    vw_batch_rows_free(&batch->rows);
     *batch = (struct vw_batch){0};
 }

@@ -26,7 +26,7 @@ const char *vw_job_state_name(enum vw_job_state state) {
     return (const char *const[]){"waiting", "running", "done", "failed", "stopped"}[state];
 }
 
-enum vw_status vw_rows_add(struct vw_batch_rows *rows, const char *job, const char *folder) {
+enum vw_status vw_batch_rows_add(struct vw_batch_rows *rows, const char *job, const char *folder) {
     if (rows->count == RUNS_MAX) return vw_fail(VW_ERROR_USAGE, "%s: more than %d runs; merge fewer", folder, RUNS_MAX);
     if (!vw_text_is_clean(job))
         return vw_fail(VW_ERROR_INPUT, "%s: its name is not UTF-8 or has control characters; rename it", folder);
@@ -46,14 +46,14 @@ static enum vw_status add_found(struct vw_batch_rows *rows, const char *root, co
     const char *job = path + strlen(root);
     enum vw_status status = ledger && resolved ? VW_OK : VW_ERROR_MEMORY;
     *found = !status && vw_file_exists(ledger);
-    if (*found) status = vw_rows_add(rows, *job ? job + (*job == '/') : strrchr(resolved, '/') + 1, path);
+    if (*found) status = vw_batch_rows_add(rows, *job ? job + (*job == '/') : strrchr(resolved, '/') + 1, path);
     if (*found && !status) rows->rows[rows->count - 1].state = VW_JOB_DONE;
     free(ledger);
     free(resolved);
     return status;
 }
 
-enum vw_status vw_rows_find(struct vw_batch_rows *rows, const char *folder) {
+enum vw_status vw_batch_rows_find(struct vw_batch_rows *rows, const char *folder) {
     uint32_t before = rows->count;
     enum vw_status status = VW_OK;
     FTS *tree = fts_open((char *const[]){(char *)folder, NULL}, FTS_PHYSICAL | FTS_COMFOLLOW | FTS_NOCHDIR, by_name);
@@ -71,12 +71,13 @@ enum vw_status vw_rows_find(struct vw_batch_rows *rows, const char *folder) {
     return vw_fail(VW_ERROR_INPUT, "%s: no run lies in it; name a folder of viewworth value or batch", folder);
 }
 
-void vw_rows_free(struct vw_batch_rows *rows) {
+void vw_batch_rows_free(struct vw_batch_rows *rows) {
     for (uint32_t i = 0; i < rows->count; i++) {
         free(rows->rows[i].job);
         free(rows->rows[i].folder);
         free(rows->rows[i].message);
-        free(rows->rows[i].scene);
+        if (rows->rows[i].run) free(rows->rows[i].run->scene), free(rows->rows[i].run->report);
+        free(rows->rows[i].run);
     }
     free(rows->rows);
     *rows = (struct vw_batch_rows){0};
@@ -84,32 +85,44 @@ void vw_rows_free(struct vw_batch_rows *rows) {
 
 // ---- One run ------------------------------------------------------------------------------------------------------
 
-static enum vw_status read_steps(struct vw_ledger *ledger, struct vw_batch_row *row) {
+static enum vw_status read_steps(struct vw_ledger *ledger, struct vw_merged_run *run) {
     struct vw_step_record *records = NULL;
     uint64_t count = 0;
     enum vw_status status = vw_ledger_get_steps(ledger, &records, &count);
-    row->first_psnr = row->val_psnr = NAN;
     for (uint64_t i = 0; !status && i < count; i++) {
-        if (isnan(row->first_psnr)) row->first_psnr = records[i].val_psnr;
-        if (!isnan(records[i].val_psnr)) row->val_psnr = records[i].val_psnr;
-        row->steps = records[i].step;
-        if (records[i].step) row->epochs = records[i].epoch + 1;
+        if (isnan(run->first_psnr)) run->first_psnr = records[i].val_psnr;
+        if (!isnan(records[i].val_psnr)) run->val_psnr = records[i].val_psnr;
+        run->steps = records[i].step;
+        if (records[i].step) run->epochs = records[i].epoch + 1;
     }
     free(records);
     return status;
 }
 
-static enum vw_status describe(struct vw_ledger *ledger, struct vw_batch_row *row) {
+// Returns the path of a run's report from OUT, owned by the caller; NULL for a run elsewhere.
+static char *name_report(const char *out, const char *folder) {
+    size_t length = strlen(out);
+    while (length > 1 && out[length - 1] == '/') length--;
+    if (strncmp(folder, out, length) != 0 || folder[length] != '/') return NULL;
+    return vw_path_join(folder + length + strspn(folder + length, "/"), "report.html");
+}
+
+static enum vw_status describe(struct vw_ledger *ledger, const char *out, struct vw_batch_row *row) {
     struct vw_ledger_run run;
     const struct vw_ledger_image *images = NULL;
     uint32_t image_count = 0;
     enum vw_status status = vw_ledger_get_run(ledger, &run);
     if (!status) status = vw_ledger_get_images(ledger, &images, &image_count);
     if (status) return status;
-    for (uint32_t i = 0; i < image_count; i++) row->photos += !strcmp(images[i].split, "train");
-    row->seed = run.seed;
-    row->scene = vw_copy_text(run.scene_path);
-    return row->scene ? read_steps(ledger, row) : VW_ERROR_MEMORY;
+    row->run = vw_allocate(1, sizeof *row->run);
+    if (!row->run) return VW_ERROR_MEMORY;
+    *row->run = (struct vw_merged_run){.scene = vw_copy_text(run.scene_path),
+                                       .report = name_report(out, row->folder),
+                                       .seed = (uint64_t)run.seed,
+                                       .first_psnr = NAN,
+                                       .val_psnr = NAN};
+    for (uint32_t i = 0; i < image_count; i++) row->run->photos += !strcmp(images[i].split, "train");
+    return row->run->scene ? read_steps(ledger, row->run) : VW_ERROR_MEMORY;
 }
 
 // Prints the fields that the scores of a run begin with. Owned by the caller.
@@ -119,8 +132,8 @@ static enum vw_status print_columns(const struct vw_batch_row *row, char **colum
     const char *begin = strchr(row->job, '/'), *end = strrchr(row->job, '/'); // around the config, if it has one
     char *config = vw_format_text("%.*s", begin < end ? (int)(end - begin - 1) : 0, begin ? begin + 1 : "");
     FILE *stream = vw_text_stream_open(&text);
-    if (stream) vw_csv_print(stream, "t,t,t,", row->job, config, row->scene);
-    if (stream) fprintf(stream, "%" PRId64 ",", row->seed);
+    if (stream) vw_csv_print(stream, "t,t,t,", row->job, config, row->run->scene);
+    if (stream) fprintf(stream, "%" PRIu64 ",", row->run->seed);
     enum vw_status status = vw_text_stream_close(&text, row->job, columns, &size_bytes);
     if (!config) status = VW_ERROR_MEMORY;
     free(config);
@@ -142,12 +155,13 @@ static enum vw_status print_scores(struct vw_ledger *ledger, const struct vw_bat
     return status;
 }
 
-static enum vw_status add_run(struct vw_merged_ledger *merged, struct vw_batch_row *row, FILE *stream) {
+static enum vw_status add_run(struct vw_merged_ledger *merged, const char *out, struct vw_batch_row *row,
+                              FILE *stream) {
     struct vw_ledger *ledger = NULL;
     char *path = vw_path_join(row->folder, "ledger.db");
     enum vw_status status = path ? vw_ledger_open(path, &ledger) : VW_ERROR_MEMORY;
     if (!status) status = vw_merged_add(merged, row->job, ledger);
-    if (!status) status = describe(ledger, row);
+    if (!status) status = describe(ledger, out, row);
     if (!status) status = print_scores(ledger, row, stream);
     vw_ledger_close(&ledger);
     free(path);
@@ -165,45 +179,33 @@ static enum vw_status check_jobs(const struct vw_batch_rows *rows) {
     return VW_OK;
 }
 
-// Prints the path of a run's report from OUT; nothing for a run elsewhere.
-static void print_report(FILE *stream, const char *out, const char *folder) {
-    size_t length = strlen(out);
-    while (length > 1 && out[length - 1] == '/') length--;
-    if (strncmp(folder, out, length) != 0 || folder[length] != '/') return;
-    vw_csv_write_text(stream, folder + length + strspn(folder + length, "/"));
-    fputs("/report.html", stream);
+struct vw_rows vw_batch_rows_table(struct vw_batch_rows *rows) {
+#define OF_RUN(name, kind, member) VW_CELL_VIA(name, struct vw_batch_row, run, kind, struct vw_merged_run, member)
+    static const struct vw_column columns[] = {
+        {VW_CELL("job", struct vw_batch_row, TEXT, job), .title = "job"},
+        {VW_CELL("state", struct vw_batch_row, TEXT, state_name), .title = "state"},
+        {VW_CELL("seconds", struct vw_batch_row, REAL_OR_NULL, seconds), .title = "seconds", .digits = 1},
+        {OF_RUN("photos", COUNT, photos), .title = "photos"},
+        {OF_RUN("steps", COUNT64, steps), .title = "steps"},
+        {OF_RUN("epochs", COUNT, epochs)},
+        {OF_RUN("first_psnr", REAL_OR_NULL, first_psnr), .title = "first PSNR", .digits = 2},
+        {OF_RUN("val_psnr", REAL_OR_NULL, val_psnr), .title = "PSNR, dB", .digits = 2},
+        {OF_RUN("scene", TEXT, scene), .left_out = VW_NOT_IN_CSV},
+        {OF_RUN("seed", COUNT64, seed), .left_out = VW_NOT_IN_CSV},
+        {OF_RUN("report", TEXT_OR_NULL, report)},
+        {VW_CELL("message", struct vw_batch_row, TEXT_OR_NULL, message), .title = "message"},
+    };
+    for (uint32_t i = 0; i < rows->count; i++) rows->rows[i].state_name = vw_job_state_name(rows->rows[i].state);
+    return VW_ROWS(columns, rows->rows, rows->count);
 }
 
-struct table {
-    const char *out;
-    const struct vw_batch_rows *rows;
-};
-
-static void print_summary(FILE *stream, const void *context) {
-    const struct table *table = context;
-    fputs("job,state,exit_code,seconds,photos,steps,epochs,first_psnr,val_psnr,report,message\n", stream);
-    for (uint32_t i = 0; i < table->rows->count; i++) {
-        const struct vw_batch_row *row = &table->rows->rows[i];
-        vw_csv_print(stream, "t,t,", row->job, vw_job_state_name(row->state));
-        if (row->exit_code >= 0) fprintf(stream, "%d", row->exit_code);
-        fputc(',', stream);
-        if (!isnan(row->seconds)) fprintf(stream, "%.1f", row->seconds);
-        if (row->scene) {
-            fprintf(stream, ",%" PRIu32 ",%" PRIu64 ",%" PRIu32, row->photos, row->steps, row->epochs);
-            vw_csv_print(stream, ",r,r,", row->first_psnr, row->val_psnr);
-            print_report(stream, table->out, row->folder);
-        } else fputs(",,,,,,", stream);
-        vw_csv_print(stream, ",t\n", row->message);
-    }
-}
-
-static enum vw_status merge(const char *path, struct vw_batch_rows *rows, FILE *scores) {
+static enum vw_status merge(const char *path, const char *out, struct vw_batch_rows *rows, FILE *scores) {
     struct vw_merged_ledger *merged = NULL;
     enum vw_status status = vw_merged_create(path, &merged);
     fprintf(scores, "job,config,scene,seed,%s", vw_report_csv_header);
     for (uint32_t i = 0; !status && i < rows->count; i++) {
         if (rows->rows[i].state != VW_JOB_DONE) continue;
-        status = add_run(merged, &rows->rows[i], scores);
+        status = add_run(merged, out, &rows->rows[i], scores);
         rows->merged++;
     }
     if (!status && rows->merged) status = vw_merged_finish(merged);
@@ -216,13 +218,14 @@ static enum vw_status write_all(char *const paths[3], const char *out, struct vw
     char *scores = NULL;
     size_t size_bytes = 0;
     FILE *stream = vw_text_stream_open(&text);
-    enum vw_status status = stream ? merge(paths[0], rows, stream) : VW_ERROR_MEMORY;
+    enum vw_status status = stream ? merge(paths[0], out, rows, stream) : VW_ERROR_MEMORY;
     struct vw_saved_error why = vw_error_save();
     enum vw_status closed = vw_text_stream_close(&text, paths[1], &scores, &size_bytes);
     if (status) vw_error_restore(&why);
     else status = closed;
     if (!status && rows->merged) status = vw_file_write(paths[1], scores, size_bytes);
-    if (!status) status = vw_csv_write_file(paths[2], print_summary, &(struct table){out, rows});
+    const struct vw_rows table = vw_batch_rows_table(rows);
+    if (!status) status = vw_rows_write_csv(paths[2], &table);
     free(scores);
     return status;
 }
@@ -237,7 +240,7 @@ enum vw_status vw_merge_check_out(const char *out) {
     return status;
 }
 
-enum vw_status vw_rows_merge(const char *out, struct vw_batch_rows *rows) {
+enum vw_status vw_batch_rows_merge(const char *out, struct vw_batch_rows *rows) {
     char *paths[] = {vw_path_join(out, "merged.db"), vw_path_join(out, "scores.csv"), vw_path_join(out, "summary.csv")};
     enum vw_status status = paths[0] && paths[1] && paths[2] ? check_jobs(rows) : VW_ERROR_MEMORY;
     if (!status) status = write_all(paths, out, rows);
@@ -245,12 +248,12 @@ enum vw_status vw_rows_merge(const char *out, struct vw_batch_rows *rows) {
     return status;
 }
 
-void vw_rows_report(const char *out, struct vw_batch_rows *rows) {
+void vw_batch_rows_report(const char *out, struct vw_batch_rows *rows) {
     const char *folders[1 + VW_MERGE_REPORTED_MAX] = {out};
     uint32_t count = 0;
     char *path = vw_path_join(out, "report.html");
     for (uint32_t i = 0; i < rows->count && count < VW_MERGE_REPORTED_MAX; i++)
-        if (rows->rows[i].scene) folders[++count] = rows->rows[i].folder;
+        if (rows->rows[i].run) folders[++count] = rows->rows[i].folder;
     const struct vw_report_params params = {.options.no_thumbnails = true};
     enum vw_status status = path ? vw_report_write(folders, count + 1, path, &params) : VW_ERROR_MEMORY;
     if (status) vw_log_warning("no report: %s", vw_error_message());

@@ -56,7 +56,8 @@ static enum vw_status run_here(const struct vw_options *options, const struct vw
                            &batch);
     vw_batch_show_end(&display);
     struct vw_saved_error why = vw_error_save();
-    enum vw_status printed = !status || batch.failed ? vw_rows_print(&batch.rows, options->out, options->json) : VW_OK;
+    enum vw_status printed =
+        !status || batch.failed ? vw_batch_rows_print(&batch.rows, options->out, options->json) : VW_OK;
     if (status) vw_error_restore(&why);
     vw_batch_free(&batch);
     return status ? status : printed;

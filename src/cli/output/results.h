@@ -55,6 +55,6 @@ struct vw_batch_display {
 void vw_batch_show(void *context, const struct vw_batch *batch, const struct vw_batch_row *ended);
 void vw_batch_show_end(struct vw_batch_display *display);
 // Prints the table of jobs and the files that were written.
-enum vw_status vw_rows_print(const struct vw_batch_rows *rows, const char *out, bool json);
+enum vw_status vw_batch_rows_print(struct vw_batch_rows *rows, const char *out, bool json);
 
 #endif
