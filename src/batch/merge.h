@@ -13,7 +13,7 @@ enum vw_job_state {
 };
 const char *vw_job_state_name(enum vw_job_state state);
 
-// What a run reached. Texts are owned.
+// A run that is merged. Texts are owned.
 struct vw_merged_run {
     char *scene;  // where the scene lies, as the run was told
     char *report; // the path of its report from OUT; NULL: it does not lie below OUT

@@ -1,5 +1,5 @@
-// What a run knows where places for the next photos are looked for: its photos, each with a small depth map as the
-// field sees it, and the steps that make and choose places.
+// The photos that a run knows where places for the next ones are looked for, each with a small depth map as the field
+// sees it, and the steps that make and choose places.
 #ifndef VIEWWORTH_RUN_NEXT_NEXT_PRIVATE_H
 #define VIEWWORTH_RUN_NEXT_NEXT_PRIVATE_H
 
@@ -35,7 +35,7 @@ typedef enum vw_status vw_depth_renderer(void *context, const uint32_t *views, c
 struct vw_known_photos {
     const struct vw_scene *scene; // borrowed
     vw_depth_renderer *render;
-    void *context;                // of `render`; borrowed
+    void *context;                // borrowed; the renderer has it
     uint64_t seed;                // the run's
     struct vw_view_scales scales; // units of distances between poses
     uint32_t *views;              // owned, as all below; scene indices of photos trained on
