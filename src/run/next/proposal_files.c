@@ -8,7 +8,6 @@
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/json.h"
-#include "base/json_reader.h"
 #include "base/memory.h"
 #include "image/image.h"
 #include "image/webp_text.h"

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "base/file.h"
 #include "run/next/next_private.h"
 #include "run/out_folder.h"
 #include "run/out_lock.h"
