@@ -23,13 +23,9 @@ struct vw_camera vw_camera_pinhole(const struct vw_camera *camera) {
 }
 
 struct vw_camera vw_camera_resized(const struct vw_camera *camera, uint32_t width_px, uint32_t height_px) {
-    double across = width_px / (double)camera->width_px, down = height_px / (double)camera->height_px;
-    return (struct vw_camera){.width_px = width_px,
-                              .height_px = height_px,
-                              .focal_x_px = across * camera->focal_x_px,
-                              .focal_y_px = down * camera->focal_y_px,
-                              .centre_x_px = across * camera->centre_x_px,
-                              .centre_y_px = down * camera->centre_y_px};
+    struct vw_camera resized = vw_camera_pinhole(camera);
+    vw_camera_resize(width_px, height_px, &resized);
+    return resized;
 }
 
 void vw_camera_path_free(struct vw_camera_path *path) {

@@ -1,6 +1,5 @@
-// A COLMAP model while it is read. The binary and the text reader parse files; this builder interprets and checks the
-// numbers, so that both give the same model and the same messages. Messages of this file name the record and the field;
-// the readers add the file, and the line of a text file.
+// A COLMAP model while it is read. colmap_files.c parses files; this builder interprets and checks the numbers. Its
+// messages name the record and the field; colmap_files.c adds the file, and the line of a text file.
 #ifndef VIEWWORTH_SCENE_FORMATS_COLMAP_BUILDER_H
 #define VIEWWORTH_SCENE_FORMATS_COLMAP_BUILDER_H
 
@@ -56,12 +55,5 @@ enum vw_status colmap_add_track(struct colmap_builder *builder, uint32_t image_i
 // Checks what only a whole file shows: that it has records, and that their ids differ.
 enum vw_status colmap_file_done(struct colmap_builder *builder, enum colmap_file file);
 void colmap_builder_clear(struct colmap_builder *builder); // its own memory, not the model's
-
-// colmap_binary.c and colmap_text.c: the readers of one file.
-struct colmap_file_reader {
-    const char *extension;
-    enum vw_status (*read)(const char *path, enum colmap_file file, struct colmap_builder *builder);
-};
-extern const struct colmap_file_reader colmap_binary_reader, colmap_text_reader;
 
 #endif
