@@ -52,7 +52,7 @@ enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *
 
 enum vw_status vw_csv_take(const char *path, void *text, size_t size_bytes, struct vw_csv *csv) {
     static const char byte_order_mark[] = "\xef\xbb\xbf";
-    *csv = (struct vw_csv){.path = path, .text = text, .size_bytes = size_bytes, .next_line = 1};
+    *csv = (struct vw_csv){.path = path, .text = text, .size_bytes = size_bytes, .separator = ',', .next_line = 1};
     if (memchr(text, 0, size_bytes)) return vw_fail(VW_ERROR_INPUT, "%s: has a zero byte; give a text file", path);
     csv->next =
         csv->text + (strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0 ? strlen(byte_order_mark) : 0);
@@ -91,8 +91,10 @@ static enum vw_status take_quoted(struct vw_csv *csv) {
 }
 
 static enum vw_status take_plain(struct vw_csv *csv) {
-    while (*csv->next && *csv->next != ',' && *csv->next != '"' && !line_end_bytes(csv->next)) csv->next++;
-    if (*csv->next != '"') return VW_OK;
+    bool quotes = csv->separator == ',';
+    while (*csv->next && *csv->next != csv->separator && !(quotes && *csv->next == '"') && !line_end_bytes(csv->next))
+        csv->next++;
+    if (!quotes || *csv->next != '"') return VW_OK;
     return vw_fail(VW_ERROR_INPUT,
                    "%s:%u: a quote within a field; put the whole field in quotes and double the quotes within it",
                    csv->path, csv->next_line);
@@ -106,18 +108,18 @@ static enum vw_status take_field(struct vw_csv *csv, bool *more) {
     enum vw_status status =
         vw_grow((void **)&csv->fields, &csv->field_capacity, csv->field_count + (size_t)1, sizeof *csv->fields);
     if (status) return status;
-    bool quoted = *csv->next == '"';
+    bool quoted = csv->separator == ',' && *csv->next == '"';
     csv->next += quoted;
     csv->fields[csv->field_count++] = csv->next;
     status = quoted ? take_quoted(csv) : take_plain(csv);
     if (status) return status;
     char *end = csv->next;
     size_t end_bytes = line_end_bytes(end);
-    *more = *end == ',';
+    *more = *end == csv->separator;
     csv->next += *more ? 1 : end_bytes;
     csv->next_line += end_bytes > 0;
     *end = 0;
-    drop_guards(csv->fields[csv->field_count - 1]);
+    if (csv->separator == ',') drop_guards(csv->fields[csv->field_count - 1]);
     return VW_OK;
 }
 

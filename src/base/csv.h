@@ -21,6 +21,7 @@ struct vw_csv {
     char **fields;        // owned array: fields of the current record, without quotes
     uint32_t field_count; // fields of the current record
     uint32_t line;        // first line of the current record, from 1
+    char separator;       // a comma; a reader may set a tab, and then quotes and apostrophes are plain characters
     // private
     char *next;
     uint32_t next_line;

@@ -154,7 +154,6 @@ FOLDER_TEST(memory_is_in_proportion) {
 
 // ---- Values --------------------------------------------------------------------------------------------------------
 
-// Building JSON: a failure anywhere leaves NULL at the end.
 static void assert_json(json_t *value, const char *expected) {
     AUTO_FREE char *text = json_dumps(value, JSON_COMPACT | JSON_SORT_KEYS | JSON_ENCODE_ANY);
     assert_string_equal(text, expected);

@@ -225,7 +225,6 @@ TEST(chair_synthetic_is_read) {
 
 // ---- Near and far --------------------------------------------------------------------------------------------------
 
-// Near and far of each view, and the box, as the points tell them.
 // Makes a scene whose view 0 sees every point and view 1 every `stride`th. The test owns the scene, which owns the
 // points.
 static struct vw_scene *scene_with_points(uint32_t count, uint32_t stride, double offset_world) {

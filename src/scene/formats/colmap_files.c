@@ -16,13 +16,15 @@
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 32;
 
-// A file while it is read. After a failure nothing more is read and all numbers are 0.
+// A file while it is read: the bytes of a binary file, with the records and the items of a list that are left; or the
+// lines of a text file, whose next_line is NULL at its end, with the rest of the current one. After a failure nothing
+// more is read and all numbers are 0.
 struct fields {
     enum vw_status status;
-    const uint8_t *begin, *next, *end;     // of a binary file
-    uint64_t record_count, records, items; // records, and those and the items of a list that are left
-    char *next_line, *rest;                // of a text file: NULL at the end; the rest of the current line
-    int line;                              // 0: none, as in a binary file
+    const uint8_t *begin, *next, *end;
+    uint64_t record_count, records, items;
+    char *next_line, *rest;
+    int line; // 0: none, as in a binary file
 };
 
 struct encoding;
@@ -40,7 +42,7 @@ struct encoding {
     void (*begin)(struct fields *fields, char *data, size_t size_bytes, const struct file_kind *kind);
     bool (*next_record)(struct fields *fields);
     void (*end)(struct fields *fields, const struct file_kind *kind);
-    uint64_t (*whole)(struct fields *fields, const char *field, size_t size_bytes); // of so many bytes, without a sign
+    uint64_t (*whole)(struct fields *fields, const char *field, size_t size_bytes); // has no sign
     void (*reals)(struct fields *fields, const char *field, double *values, uint32_t count);
     const char *(*name)(struct fields *fields);
     const struct colmap_camera_model *(*camera_model)(struct fields *fields, uint32_t camera);
@@ -258,7 +260,7 @@ static enum vw_status read_camera(const struct encoding *read, struct fields *fi
     return status ? status : colmap_add_camera(builder, id, &camera);
 }
 
-// The tracks of points have the same information as the ids of points here.
+// Skips the ids of points, since the tracks of points have the same information.
 static enum vw_status read_features(const struct encoding *read, struct fields *fields,
                                     struct colmap_builder *builder) {
     enum { FEATURE_BYTES = 2 * 8 + 8 };

@@ -1,4 +1,4 @@
-// Writes a COLMAP model, as colmap_binary.c reads it.
+// Writes a COLMAP model, as colmap_files.c reads it.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

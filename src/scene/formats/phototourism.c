@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/csv.h"
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/memory.h"
@@ -19,37 +20,25 @@
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 24; // a row takes about 60 bytes
 enum { HEADER_LIMIT_BYTES = 1024 };
 
-// ---- Lines ----
-
-static char *next_line(char **rest) {
-    char *line = strsep(rest, "\n");
-    size_t length = strlen(line);
-    if (length && line[length - 1] == '\r') line[length - 1] = 0;
-    return line;
+static enum vw_status open_table(const char *path, void *text, size_t size_bytes, struct vw_csv *csv) {
+    enum vw_status status = vw_csv_take(path, text, size_bytes, csv);
+    csv->separator = '\t';
+    return status;
 }
 
-static int count_fields(const char *line) {
-    int count = 1;
-    for (; *line; line++) count += *line == '\t';
-    return count;
-}
-
-// Finds the columns in a header without changing it.
-static struct vw_tsv_columns find_columns(const char *line) {
-    struct vw_tsv_columns columns = {-1, -1, -1, 0};
-    for (const char *name = line; name; columns.count++) {
-        size_t length = strcspn(name, "\t");
-        if (length == 8 && !strncmp(name, "filename", length)) columns.filename = columns.count;
-        if (length == 5 && !strncmp(name, "split", length)) columns.split = columns.count;
-        if (length == 2 && !strncmp(name, "id", length)) columns.id = columns.count;
-        name = name[length] ? name + length + 1 : NULL;
+static struct vw_tsv_columns find_columns(const struct vw_csv *header) {
+    struct vw_tsv_columns columns = {-1, -1, -1, (int)header->field_count};
+    for (int i = 0; i < columns.count; i++) {
+        if (!strcmp(header->fields[i], "filename")) columns.filename = i;
+        if (!strcmp(header->fields[i], "split")) columns.split = i;
+        if (!strcmp(header->fields[i], "id")) columns.id = i;
     }
     return columns;
 }
 
 static bool is_header(const struct vw_tsv_columns *columns) { return columns->filename >= 0 && columns->split >= 0; }
 
-// Reads the row of the fields that were split last.
+// Reads the row of the fields that were added last.
 static enum vw_status take_row(const char *path, int line, const struct vw_tsv *tsv, struct vw_tsv_row *row) {
     char *const *fields = vw_tsv_fields(tsv, tsv->row_count);
     const char *filename = fields[tsv->columns.filename], *split = fields[tsv->columns.split];
@@ -65,8 +54,6 @@ static enum vw_status take_row(const char *path, int line, const struct vw_tsv *
     *row = (struct vw_tsv_row){.name = filename, .test = test, .has_id = has_id, .line = line};
     return VW_OK;
 }
-
-// ---- Files ----
 
 static const char *name_of_row(const void *rows, size_t place) { return ((const struct vw_tsv_row *)rows)[place].name; }
 
@@ -84,53 +71,49 @@ static enum vw_status check_unique(const char *path, const struct vw_tsv *tsv) {
     return status;
 }
 
-// Splits a line into fields, as many as the header has.
-static enum vw_status take_fields(char *line, struct vw_tsv *tsv, size_t *capacity) {
+// Adds the fields of the current record, as many as the header has.
+static enum vw_status add_fields(const struct vw_csv *csv, struct vw_tsv *tsv, size_t *capacity) {
     size_t count = (size_t)tsv->columns.count, used = count * (tsv->row_count + (tsv->fields != NULL));
+    if (csv->field_count != count)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %u fields, but the header has %zu columns; separate fields by tabs",
+                       csv->path, csv->line, csv->field_count, count);
     enum vw_status status = vw_grow((void **)&tsv->fields, capacity, used + count, sizeof *tsv->fields);
-    char **next = tsv->fields + used;
-    for (char *field; !status && (field = strsep(&line, "\t"));) *next++ = field;
+    if (!status) memcpy(tsv->fields + used, csv->fields, count * sizeof *tsv->fields);
     return status;
 }
 
-static enum vw_status read_row(const char *path, int line, char *text, struct vw_tsv *tsv, size_t *row_capacity,
-                               size_t *field_capacity) {
-    if (count_fields(text) != tsv->columns.count)
-        return vw_fail(VW_ERROR_INPUT, "%s:%d: %d fields, but the header has %d columns; separate fields by tabs", path,
-                       line, count_fields(text), tsv->columns.count);
-    enum vw_status status = take_fields(text, tsv, field_capacity);
-    if (!status) status = vw_grow((void **)&tsv->rows, row_capacity, tsv->row_count + 1, sizeof *tsv->rows);
-    if (!status) status = take_row(path, line, tsv, &tsv->rows[tsv->row_count]);
-    if (!status) tsv->test_count += tsv->rows[tsv->row_count++].test;
-    return status;
-}
-
-static enum vw_status read_rows(const char *path, struct vw_tsv *tsv) {
-    char *rest = tsv->text, *header = next_line(&rest);
+static enum vw_status read_rows(struct vw_csv *csv, struct vw_tsv *tsv) {
     size_t row_capacity = 0, field_capacity = 0;
-    tsv->columns = find_columns(header);
-    if (!is_header(&tsv->columns))
-        return vw_fail(VW_ERROR_INPUT, "%s:1: the header lacks filename or split; give a NeRF-W TSV with both columns",
-                       path);
-    enum vw_status status = take_fields(header, tsv, &field_capacity);
-    for (int line = 2; !status && rest; line++) {
-        char *text = next_line(&rest);
-        if (*text) status = read_row(path, line, text, tsv, &row_capacity, &field_capacity);
+    bool found = false;
+    enum vw_status status = vw_csv_next(csv, &found);
+    tsv->columns = find_columns(csv);
+    if (!status && !is_header(&tsv->columns))
+        status = vw_fail(VW_ERROR_INPUT,
+                         "%s:1: the header lacks filename or split; give a NeRF-W TSV with both columns", csv->path);
+    if (!status) status = add_fields(csv, tsv, &field_capacity);
+    while (!status && !(status = vw_csv_next(csv, &found)) && found) {
+        status = add_fields(csv, tsv, &field_capacity);
+        if (!status) status = vw_grow((void **)&tsv->rows, &row_capacity, tsv->row_count + 1, sizeof *tsv->rows);
+        if (!status) status = take_row(csv->path, (int)csv->line, tsv, &tsv->rows[tsv->row_count]);
+        if (!status) tsv->test_count += tsv->rows[tsv->row_count++].test;
     }
     if (status) return status;
-    if (!tsv->row_count) return vw_fail(VW_ERROR_INPUT, "%s: has no rows after the header; add rows", path);
-    return check_unique(path, tsv);
+    if (!tsv->row_count) return vw_fail(VW_ERROR_INPUT, "%s: has no rows after the header; add rows", csv->path);
+    return check_unique(csv->path, tsv);
 }
 
 enum vw_status vw_tsv_read(const char *folder, const char *path, struct vw_tsv *tsv) {
     struct vw_tsv read = {0};
+    struct vw_csv csv;
     void *text;
     size_t size_bytes;
     enum vw_status status = vw_scene_file_read(folder, path, FILE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
-    read.text = text;
-    if (memchr(text, 0, size_bytes)) status = vw_fail(VW_ERROR_INPUT, "%s: has a zero byte; give a text file", path);
-    if (!status) status = read_rows(path, &read);
+    status = open_table(path, text, size_bytes, &csv);
+    if (!status) status = read_rows(&csv, &read);
+    read.text = csv.text;
+    csv.text = NULL;
+    vw_csv_close(&csv);
     if (status) vw_tsv_clear(&read);
     else *tsv = read;
     return status;
@@ -148,13 +131,20 @@ void vw_tsv_clear(struct vw_tsv *tsv) {
 }
 
 bool vw_tsv_has_header(const char *folder, const char *path) {
-    char text[HEADER_LIMIT_BYTES] = "", *rest = text;
+    char *text = vw_allocate(HEADER_LIMIT_BYTES, 1);
+    struct vw_csv csv;
     int descriptor = -1;
-    if (vw_scene_file_open(folder, path, &descriptor)) return false;
-    ssize_t got = read(descriptor, text, sizeof text - 1);
+    bool found = false;
+    if (!text || vw_scene_file_open(folder, path, &descriptor)) {
+        free(text);
+        return false;
+    }
+    ssize_t got = read(descriptor, text, HEADER_LIMIT_BYTES - 1);
     close(descriptor);
-    struct vw_tsv_columns columns = find_columns(next_line(&rest));
-    return got > 0 && is_header(&columns);
+    found = !open_table(path, text, got > 0 ? (size_t)got : 0, &csv) && !vw_csv_next(&csv, &found) && found;
+    struct vw_tsv_columns columns = find_columns(&csv);
+    vw_csv_close(&csv);
+    return found && is_header(&columns);
 }
 
 // ---- Finding the TSV ----
