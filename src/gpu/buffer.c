@@ -1,4 +1,4 @@
-#include "gpu/buffer.h"
+#include "gpu/state.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "gpu/buffer.h"
+#include "gpu/state.h"
 #include "gpu/transfer.h"
 
 void vw_command_list_begin(struct vw_command_list *list, uint64_t first_stage, bool one_by_one) {

@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "gpu/buffer.h"
 #include "gpu/spirv.h"
+#include "gpu/state.h"
 
 enum { UNUSED_BYTES = 256 }; // more than any item of a buffer
 

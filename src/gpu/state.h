@@ -1,8 +1,9 @@
-// The state of an open device, shared by the files of src/gpu. Each of them changes its own part.
+// The state of an open device and of its buffers, shared by the files of src/gpu. Each of them changes its own part.
 #ifndef VIEWWORTH_GPU_STATE_H
 #define VIEWWORTH_GPU_STATE_H
 
 #include "gpu/compute.h"
+#include "gpu/hazard.h"
 #include "gpu/instance.h"
 #include "gpu/limits.h"
 #include "viewworth/types.h"
@@ -44,5 +45,17 @@ void vw_gpu_set_name(struct vw_gpu *gpu, VkObjectType type, uint64_t handle, con
 // Creates and destroys what the push blocks of all submissions share, gpu->push_layout (submission.c).
 enum vw_status vw_pushes_open(struct vw_gpu *gpu);
 void vw_pushes_close(struct vw_gpu *gpu);
+
+struct vw_buffer {
+    struct vw_gpu *gpu;
+    char *name;
+    uint64_t size_bytes;
+    VkBuffer handle;
+    VkDeviceMemory memory;
+    void *mapped;            // NULL for VW_BUFFER_DEVICE
+    struct vw_ranges ranges; // that passes and copies have used
+};
+
+enum vw_status vw_buffer_check_range(const struct vw_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes);
 
 #endif

@@ -4,9 +4,9 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "gpu/buffer.h"
 #include "gpu/command_list.h"
 #include "gpu/instance.h"
+#include "gpu/state.h"
 #include "gpu/transfer.h"
 
 // ---- Push blocks ---------------------------------------------------------------------------------------------------

@@ -98,4 +98,15 @@ enum { VW_SSIM_WINDOW_PX = 11 };
 enum vw_status vw_ssim(const float *a, const float *b, const uint8_t *usable, uint32_t width_px, uint32_t height_px,
                        double *ssim);
 
+// ---- Pictures as texts ---------------------------------------------------------------------------------------------
+
+// Texts are base64, as JSON files for pages have them.
+enum { VW_WEBP_TEXT_LIMIT_BYTES = 1 << 18 };
+
+// Makes the text of a WebP file, owned by the caller. NULL: memory is short.
+char *vw_webp_to_text(const void *data, size_t size_bytes);
+// Returns whether a text of a stranger begins as a WebP file in base64, is nothing but base64, and is no larger than
+// the limit. NULL is none.
+bool vw_is_webp_text(const char *text);
+
 #endif

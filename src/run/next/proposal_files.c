@@ -10,7 +10,6 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "image/image.h"
-#include "image/webp_text.h"
 #include "run/next/next_private.h"
 #include "run/out_files.h"
 #include "scene/builder.h"

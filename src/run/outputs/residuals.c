@@ -9,7 +9,6 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "image/image.h"
-#include "image/webp_text.h"
 
 enum { PANES = 3 };
 #define FULL_ERROR 0.4f // white
