@@ -21,7 +21,7 @@ enum vw_column_kind {
     VW_COLUMN_REAL,          // double, finite
     VW_COLUMN_REAL_OR_NULL,  // double, finite; NaN: NULL
     // In rows alone, not in a ledger:
-    VW_COLUMN_CHARS,        // char[]: a text in the row itself
+    VW_COLUMN_CHARS,        // char[]: a text in the row itself; "": NULL
     VW_COLUMN_CENTS,        // uint64_t: an amount, "12.34"
     VW_COLUMN_CENTS_OR_NULL // double: an amount, rounded; NaN: NULL
 };

@@ -83,7 +83,14 @@ enum vw_status vw_json_parse(const char *path, const char *text, size_t size_byt
 
 // ---- Values --------------------------------------------------------------------------------------------------------
 
-json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+// Returns 0 for -0, which a ledger does not keep.
+json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value == 0 ? 0 : value) : json_null(); }
+
+json_t *vw_json_rounded(double value, int digits) {
+    char text[64];
+    snprintf(text, sizeof text, "%.*g", digits, value);
+    return vw_json_real(strtod(text, NULL));
+}
 
 // Returns the number of bytes of the UTF-8 character at `text`; 0 if it is invalid, as jansson decides.
 static size_t character_bytes(const char *text) {

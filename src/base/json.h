@@ -18,6 +18,8 @@ enum vw_status vw_json_parse(const char *path, const char *text, size_t size_byt
 
 // Returns a number, or null for NaN and infinity. NULL if memory is short.
 json_t *vw_json_real(double value);
+// Returns the number that the value is with so many digits, as a text with JSON_REAL_PRECISION() reads back.
+json_t *vw_json_rounded(double value, int digits);
 // Returns a text, or null for NULL. Invalid UTF-8 becomes U+FFFD, the replacement character. NULL if memory is short.
 json_t *vw_json_string(const char *text);
 

@@ -31,6 +31,7 @@ static bool is_known(const struct vw_column *column, const void *member) {
     case VW_COLUMN_TEXT_OR_NULL:
     case VW_COLUMN_NAME: return *(const char *const *)member;
     case VW_COLUMN_RANK: return *(const uint32_t *)member;
+    case VW_COLUMN_CHARS: return *(const char *)member;
     case VW_COLUMN_REAL:
     case VW_COLUMN_REAL_OR_NULL:
     case VW_COLUMN_CENTS_OR_NULL: return !isnan(*(const double *)member);

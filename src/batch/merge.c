@@ -13,7 +13,7 @@
 #include "base/text.h"
 #include "base/text_stream.h"
 #include "ledger/merge.h"
-#include "report/page.h"
+#include "report/tables.h"
 #include "run/out_folder.h"
 #include "viewworth/log.h"
 #include "viewworth/report.h"
@@ -202,7 +202,8 @@ struct vw_rows vw_batch_rows_table(struct vw_batch_rows *rows) {
 static enum vw_status merge(const char *path, const char *out, struct vw_batch_rows *rows, FILE *scores) {
     struct vw_merged_ledger *merged = NULL;
     enum vw_status status = vw_merged_create(path, &merged);
-    fprintf(scores, "job,config,scene,seed,%s", vw_report_csv_header);
+    fputs("job,config,scene,seed,", scores);
+    vw_report_print_csv_header(scores);
     for (uint32_t i = 0; !status && i < rows->count; i++) {
         if (rows->rows[i].state != VW_JOB_DONE) continue;
         status = add_run(merged, out, &rows->rows[i], scores);

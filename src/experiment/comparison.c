@@ -221,12 +221,16 @@ static enum vw_status write_results(struct work *work) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < comparison->rendered_count; i++) status = write_render(work, i);
     if (!status) status = vw_comparison_write_csv(comparison);
+    json_t *root = vw_comparison_to_json(comparison);
     char *path = vw_path_join(common->out, "compare.json");
-    if (!status) status = vw_json_write_file(path, vw_comparison_to_json(comparison));
+    if (!status) status = vw_json_write_file(path, json_incref(root));
     free(path);
-    if (status) return status;
+    if (status) {
+        json_decref(root);
+        return status;
+    }
     const struct vw_report_params report = {comparison->session.scene, common->devices.first, common->report, NULL};
-    comparison->report_path = vw_report_folder_finish(common->out, &report);
+    comparison->report_path = vw_report_folder_finish(common->out, &report, "compare.json", root);
     return VW_OK;
 }
 

@@ -13,7 +13,6 @@
 #include "base/memory.h"
 #include "experiment/experiment.h"
 #include "experiment/fold_scores.h"
-#include "report/page.h"
 #include "report/tables.h"
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
@@ -222,8 +221,9 @@ static enum vw_status check_images(const struct work *work, uint32_t k) {
                    work->params->common.out, work->runs[k].folder);
 }
 
-static void describe(const struct fold *fold, struct vw_kfold_fold *about) {
+static void describe(const struct fold *fold, uint32_t number, struct vw_kfold_fold *about) {
     const struct vw_value_input *input = &fold->input;
+    about->number = number;
     for (uint32_t i = 0; i < input->image_count; i++) {
         about->train_count += !strcmp(input->images[i].split, vw_split_name(VW_SPLIT_TRAIN));
         about->validation_count += !strcmp(input->images[i].split, vw_split_name(VW_SPLIT_VAL));
@@ -247,7 +247,7 @@ static enum vw_status read_fold(struct work *work, uint32_t k) {
     if (!status) status = check_images(work, k);
     if (status) return status;
     fold->input = vw_value_input_truncate(&fold->input, params->config->epochs);
-    describe(fold, &work->kfold->folds[k]);
+    describe(fold, k + 1, &work->kfold->folds[k]);
     return vw_value_score(&fold->input, &fold->scores, &fold->score_count);
 }
 
@@ -441,7 +441,7 @@ enum vw_status vw_kfold_make(const struct vw_kfold_params *params, struct vw_kfo
     free_work(work);
     free(work);
     const struct vw_report_params report = {.device = params->common.devices.first, .options = params->common.report};
-    if (!status) kfold->report_path = vw_report_folder_finish(params->common.out, &report);
+    if (!status) kfold->report_path = vw_report_folder_finish(params->common.out, &report, NULL, NULL);
     vw_out_lock_release(&lock);
     return status;
 }

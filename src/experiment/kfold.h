@@ -20,6 +20,7 @@ struct vw_kfold_params {
 
 // One training.
 struct vw_kfold_fold {
+    uint32_t number;                            // from 1
     uint32_t train_count, validation_count;     // photos
     uint64_t steps;                             // in the ledger
     double first_val_psnr_db, last_val_psnr_db; // before training and at the end; NaN: unknown

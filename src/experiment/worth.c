@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "experiment/retrain.h"
 #include "experiment/worth_plan.h"
-#include "report/page.h"
+#include "report/tables.h"
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
 #include "run/out_lock.h"

@@ -210,7 +210,7 @@ enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, c
     if (!status) status = make_runs(params, evaluated, &reproduction->methods);
     if (!status) status = compare_runs(reproduction);
     const struct vw_report_params report = {.device = params->devices.first, .options = params->report};
-    if (!status) reproduction->report_path = vw_report_folder_finish(params->out, &report);
+    if (!status) reproduction->report_path = vw_report_folder_finish(params->out, &report, NULL, NULL);
     vw_out_lock_release(&lock);
     return status;
 }

@@ -6,35 +6,40 @@
 
 #include "base/memory.h"
 #include "ledger/find_image.h"
+#include "value/lasting_scores.h"
 #include "viewworth/selection.h"
 #include "viewworth/value.h"
+
+const char *const vw_advice_words[VW_ADVICE_COUNT] = {"keep", "look", "unclear", "drop"};
 
 static bool is_known(const struct vw_ledger_score *score, const char *method) {
     return strcmp(score->method, method) == 0 && isfinite(score->value) && score->visits > 0;
 }
 
-static bool has_known(const struct vw_ledger_score *scores, uint32_t score_count, const char *method) {
+static bool has_known(const struct vw_results *results, const char *method) {
     uint32_t i = 0;
-    while (i < score_count && !is_known(&scores[i], method)) i++;
-    return i < score_count;
+    while (i < results->score_count && !is_known(&results->scores[i], method)) i++;
+    return i < results->score_count;
+}
+
+// Returns the advice on a photo; NULL for one that is not trained on.
+static struct vw_photo_advice *find(struct vw_advice *advice, uint32_t image_id) {
+    for (uint32_t i = 0; i < advice->count; i++)
+        if (advice->photos[i].image->image_id == image_id) return &advice->photos[i];
+    return NULL;
 }
 
 // ---- Photos to look at ---------------------------------------------------------------------------------------------
 
-static void mark(const struct vw_ledger_image *images, uint32_t image_count, uint32_t image_id,
-                 enum vw_advice_mark mark, struct vw_advice *advice) {
-    const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, image_id);
-    if (image) advice->marks[image - images] |= (uint8_t)mark;
-}
-
-static enum vw_status mark_looks(const struct vw_ledger_score *scores, uint32_t score_count,
-                                 const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice) {
+static enum vw_status mark_looks(const struct vw_results *results, struct vw_advice *advice) {
     struct vw_selection selection = {0};
     const struct vw_selection_params params = {.rule = VW_SELECT_OUTLIERS};
-    enum vw_status status = vw_selection_make(scores, score_count, images, image_count, &params, &selection);
-    for (uint32_t i = 0; i < selection.outlier_count; i++)
-        mark(images, image_count, selection.outliers[i].image_id,
-             selection.outliers[i].lone ? VW_ADVICE_LONE : VW_ADVICE_LOOK, advice);
+    enum vw_status status = vw_selection_make(results->scores, results->score_count, results->input.images,
+                                              results->input.image_count, &params, &selection);
+    for (uint32_t i = 0; i < selection.outlier_count; i++) {
+        struct vw_photo_advice *photo = find(advice, selection.outliers[i].image_id);
+        if (photo) photo->marks |= selection.outliers[i].lone ? VW_MARK_LONE : VW_MARK_LOOK;
+    }
     vw_selection_free(&selection);
     return status == VW_ERROR_MEMORY ? status : VW_OK; // a ledger without train photos has no outliers
 }
@@ -58,17 +63,17 @@ static uint32_t rank_of(const double *values, uint32_t count, double value) {
 }
 
 static uint8_t judge_worth(const struct vw_ledger_score *score, uint32_t rank, uint32_t count, double removable_db) {
-    if (score->ci_high <= 0 || score->ci_high < removable_db) return VW_ADVICE_REMOVABLE;
-    return score->ci_low > 0 && rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
+    if (score->ci_high <= 0 || score->ci_high < removable_db) return VW_MARK_REMOVABLE;
+    return score->ci_low > 0 && rank <= (count + 9) / 10 ? VW_MARK_IRREPLACEABLE : 0;
 }
 
 static uint8_t judge_order(const struct vw_ledger_score *score, uint32_t rank, uint32_t count) {
     if (!score->rank_ci_low || !score->rank_ci_high) { // one training says little: its ends alone
-        if (rank > count - count / 4) return VW_ADVICE_REMOVABLE;
-        return rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
+        if (rank > count - count / 4) return VW_MARK_REMOVABLE;
+        return rank <= (count + 9) / 10 ? VW_MARK_IRREPLACEABLE : 0;
     }
-    if (score->rank_ci_low > (count + 1) / 2) return VW_ADVICE_REMOVABLE;
-    return score->rank_ci_high <= (count + 3) / 4 ? VW_ADVICE_IRREPLACEABLE : 0;
+    if (score->rank_ci_low > (count + 1) / 2) return VW_MARK_REMOVABLE;
+    return score->rank_ci_high <= (count + 3) / 4 ? VW_MARK_IRREPLACEABLE : 0;
 }
 
 // Returns the value below which an interval of worth has to end. `values` are the highest first.
@@ -77,46 +82,143 @@ static double removable_below(const double *values, uint32_t count, double noise
     return noise_db < median ? noise_db : isnan(noise_db) ? 0 : median;
 }
 
-static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t score_count,
-                                 const struct vw_ledger_image *images, uint32_t image_count, double noise_db,
-                                 struct vw_advice *advice) {
+static enum vw_status mark_worth(const struct vw_results *results, struct vw_advice *advice) {
     uint32_t count = 0;
-    double *values = vw_allocate(score_count, sizeof *values);
+    double *values = vw_allocate(results->score_count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < score_count; i++)
-        if (is_known(&scores[i], advice->basis)) values[count++] = scores[i].value;
+    for (uint32_t i = 0; i < results->score_count; i++)
+        if (is_known(&results->scores[i], advice->basis)) values[count++] = results->scores[i].value;
     qsort(values, count, sizeof *values, compare_values);
-    for (uint32_t i = 0; i < score_count; i++) {
-        if (!is_known(&scores[i], advice->basis)) continue;
-        uint32_t rank = rank_of(values, count, scores[i].value);
+    for (uint32_t i = 0; i < results->score_count; i++) {
+        const struct vw_ledger_score *score = &results->scores[i];
+        if (!is_known(score, advice->basis)) continue;
+        uint32_t rank = rank_of(values, count, score->value);
         uint8_t found = advice->by_order
-                            ? judge_order(&scores[i], rank, count)
-                            : judge_worth(&scores[i], rank, count, removable_below(values, count, noise_db));
-        const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
-        if (!image || (found == VW_ADVICE_REMOVABLE && advice->marks[image - images])) continue;
-        advice->marks[image - images] |= found;
+                            ? judge_order(score, rank, count)
+                            : judge_worth(score, rank, count, removable_below(values, count, results->worth.noise_db));
+        struct vw_photo_advice *photo = find(advice, score->image_id);
+        if (photo && (found != VW_MARK_REMOVABLE || !photo->marks)) photo->marks |= found;
     }
     free(values);
     return VW_OK;
 }
 
-enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
-                              const struct vw_ledger_image *images, uint32_t image_count,
-                              const struct vw_worth_summary *worth, enum vw_verdict verdict, struct vw_advice *advice) {
-    *advice = (struct vw_advice){.marks = vw_allocate(image_count, sizeof *advice->marks)};
-    if (!advice->marks) return VW_ERROR_MEMORY;
-    if (!has_known(scores, score_count, "dv_psnr")) return VW_OK;
-    const char *method = vw_value_main_method(scores, score_count);
+static enum vw_status mark(const struct vw_results *results, struct vw_advice *advice) {
+    if (!has_known(results, vw_value_default_method)) return VW_OK;
+    const char *method = vw_value_main_method(results->scores, results->score_count);
+    const struct vw_worth_summary *worth = &results->worth;
     if (strcmp(method, vw_value_default_method) != 0) advice->basis = method;
     advice->by_order = advice->basis != vw_worth_method;
     advice->tested = !advice->by_order && worth->claim_count && worth->claims[0].accuracy.ci_low > 0;
-    enum vw_status status = mark_looks(scores, score_count, images, image_count, advice);
-    if (status || verdict == VW_VERDICT_TOO_COARSE || !advice->basis || !(advice->by_order || advice->tested))
-        return status;
-    return mark_worth(scores, score_count, images, image_count, worth->noise_db, advice);
+    enum vw_status status = mark_looks(results, advice);
+    bool coarse = vw_verdict_judge(&results->reconstruction) == VW_VERDICT_TOO_COARSE;
+    if (status || coarse || !advice->basis || !(advice->by_order || advice->tested)) return status;
+    return mark_worth(results, advice);
 }
 
-void vw_advice_free(struct vw_advice *advice) {
-    free(advice->marks);
-    *advice = (struct vw_advice){0};
+// ---- Words and reasons ---------------------------------------------------------------------------------------------
+
+const char *vw_advice_known_reason(const char *word) {
+    static const char *const reasons[] = {"exposure", "noise", "blur", "pose", "occluder"};
+    for (size_t i = 0; word && i < VW_ARRAY_COUNT(reasons); i++)
+        if (strcmp(reasons[i], word) == 0) return reasons[i];
+    return NULL;
+}
+
+static const char *find_reason(const struct vw_results *results, const struct vw_photo_advice *photo,
+                               const char *otherwise) {
+    size_t place = (size_t)(photo->image - results->input.images);
+    const char *found = results->reasons ? results->reasons[place] : NULL;
+    // Renders explain why a photo fits badly; a photo that fits has a region of error by chance.
+    bool by_render = found && (strcmp(found, "pose") == 0 || strcmp(found, "occluder") == 0);
+    if (found && (photo->advice == VW_ADVICE_LOOK || !by_render)) return found;
+    return results->duplicated && results->duplicated[place] ? "duplicate" : otherwise;
+}
+
+static bool is_trusted(const struct vw_results *results, const struct vw_advice *advice) {
+    if (vw_verdict_judge(&results->reconstruction) == VW_VERDICT_TOO_COARSE) return false;
+    if (!advice->basis) return true;
+    if (!advice->by_order) return advice->tested;
+    const struct vw_lasting_pass *lasting = &results->input.lasting;
+    return !lasting->check_count || vw_lasting_gate(lasting, false) >= vw_lasting_gate_least;
+}
+
+static bool helps(const struct vw_ledger_score *score) {
+    const struct vw_value_method *method = score ? vw_value_method_find(score->method) : NULL;
+    return method && method->has_zero && score->ci_low > 0;
+}
+
+static void judge(const struct vw_results *results, bool trusted, struct vw_photo_advice *photo) {
+    bool lone = photo->marks & VW_MARK_LONE, best = trusted && photo->marks & VW_MARK_IRREPLACEABLE;
+    photo->advice = photo->marks & VW_MARK_LOOK                     ? VW_ADVICE_LOOK
+                    : lone                                          ? VW_ADVICE_KEEP
+                    : trusted && (photo->marks & VW_MARK_REMOVABLE) ? VW_ADVICE_DROP
+                    : best || (trusted && helps(photo->score))      ? VW_ADVICE_KEEP
+                                                                    : VW_ADVICE_UNCLEAR;
+    photo->word = vw_advice_words[photo->advice];
+    switch (photo->advice) {
+    case VW_ADVICE_LOOK: photo->reason = find_reason(results, photo, "no reason found"); break;
+    case VW_ADVICE_DROP: photo->reason = find_reason(results, photo, "adds little"); break;
+    case VW_ADVICE_KEEP: photo->reason = lone ? "lone view" : best ? "among the best" : "helps"; break;
+    default: photo->reason = find_reason(results, photo, "within noise");
+    }
+}
+
+// ---- All of it -----------------------------------------------------------------------------------------------------
+
+static enum vw_status list_photos(const struct vw_results *results, struct vw_advice *advice) {
+    const struct vw_value_input *input = &results->input;
+    const char *method = results->score_count ? vw_value_main_method(results->scores, results->score_count) : "";
+    *advice = (struct vw_advice){.photos = vw_allocate(input->image_count, sizeof *advice->photos)};
+    if (!advice->photos) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < input->image_count; i++)
+        if (strcmp(input->images[i].split, "train") == 0) advice->photos[advice->count++].image = &input->images[i];
+    for (uint32_t i = 0; i < results->score_count; i++) {
+        const struct vw_ledger_score *score = &results->scores[i];
+        struct vw_photo_advice *photo = is_known(score, method) ? find(advice, score->image_id) : NULL;
+        if (photo) photo->score = score;
+    }
+    return VW_OK;
+}
+
+static enum vw_status summarise_worth(struct vw_results *results) {
+    const struct vw_worth_input input = {.retrainings = results->retrainings,
+                                         .retraining_count = results->retraining_count,
+                                         .images = results->input.images,
+                                         .image_count = results->input.image_count,
+                                         .scores = results->scores,
+                                         .score_count = results->score_count};
+    return results->retraining_count ? vw_worth_summarise(&input, &results->worth) : VW_OK;
+}
+
+enum vw_status vw_results_advise(struct vw_results *results) {
+    struct vw_advice *advice = &results->advice;
+    enum vw_status status = summarise_worth(results);
+    if (!status) status = list_photos(results, advice);
+    if (!status) status = mark(results, advice);
+    bool trusted = is_trusted(results, advice);
+    for (uint32_t i = 0; !status && i < advice->count; i++) judge(results, trusted, &advice->photos[i]);
+    return status;
+}
+
+#define OF_PHOTO(name, member)                                                                                         \
+    { VW_CELL(name, struct vw_photo_advice, TEXT, member) }
+#define OF_SCORE(name, kind, member)                                                                                   \
+    {                                                                                                                  \
+        VW_CELL_VIA(name, struct vw_photo_advice, score, kind, struct vw_ledger_score, member),                        \
+            .left_out = VW_NOT_IN_JSON                                                                                 \
+    }
+static const struct vw_column columns[] = {
+    {VW_CELL_VIA("name", struct vw_photo_advice, image, TEXT, struct vw_ledger_image, name)},
+    OF_PHOTO("advice", word),
+    OF_PHOTO("reason", reason),
+    OF_SCORE("score", REAL_OR_NULL, value),
+    OF_SCORE("ci_low", REAL_OR_NULL, ci_low),
+    OF_SCORE("ci_high", REAL_OR_NULL, ci_high),
+    OF_SCORE("unit", TEXT, unit),
+    OF_SCORE("method", TEXT, method),
+};
+
+struct vw_rows vw_advice_rows(const struct vw_advice *advice) {
+    return VW_ROWS(columns, advice->photos, advice->count);
 }

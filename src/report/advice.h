@@ -14,31 +14,26 @@
 //   in the last quarter, and in the first tenth.
 // A photo that needs a look, or a lone view, is never among those that can be left out: no validation photo may see
 // what a lone view sees.
+//
+// The photo's advice follows from its marks: look at it, drop it (removable), keep it (irreplaceable, lone, or its
+// score's interval is above 0), or it is unclear. Drop and keep need a basis that is trusted: worth that retrainings
+// confirm, lasting credit that the gate does not refute, or credit, of a reconstruction that can rank photos.
 #ifndef VIEWWORTH_REPORT_ADVICE_H
 #define VIEWWORTH_REPORT_ADVICE_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
-#include "value/verdict.h"
-#include "value/worth.h"
-#include "viewworth/ledger.h"
+#include "base/rows.h"
+#include "report/results.h"
 #include "viewworth/status.h"
 
-enum vw_advice_mark { VW_ADVICE_REMOVABLE = 1, VW_ADVICE_IRREPLACEABLE = 2, VW_ADVICE_LOOK = 4, VW_ADVICE_LONE = 8 };
+extern const char *const vw_advice_words[VW_ADVICE_COUNT]; // "keep", "look", "unclear", "drop"
 
-struct vw_advice {
-    const char *basis; // static: "worth_psnr" or "lasting_psnr"; NULL: neither is known, only looks are advised
-    bool by_order;     // by ranks, since the basis has no zero
-    bool tested;       // the basis is worth_psnr, whose accuracy is known to be above 0
-    uint8_t *marks;    // owned; enum vw_advice_mark, one sum per image
-};
+// Computes worth and advice from the other results. VW_ERROR_MEMORY.
+enum vw_status vw_results_advise(struct vw_results *results);
+// Returns the rows of advice.csv: name,advice,reason,score,ci_low,ci_high,unit,method; in JSON the first three.
+struct vw_rows vw_advice_rows(const struct vw_advice *advice);
 
-// Makes the advice; `worth` says how far worth_psnr can be trusted. Free the advice also after a failure. Without
-// scores no photo has a mark. VW_ERROR_MEMORY.
-enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
-                              const struct vw_ledger_image *images, uint32_t image_count,
-                              const struct vw_worth_summary *worth, enum vw_verdict verdict, struct vw_advice *advice);
-void vw_advice_free(struct vw_advice *advice);
+// Returns the static spelling of a reason that a run may find in a photo: "exposure", "noise", "blur", "pose" or
+// "occluder"; NULL for other words and NULL.
+const char *vw_advice_known_reason(const char *word);
 
 #endif

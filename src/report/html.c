@@ -8,8 +8,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
-#include "report/html_data.h"
-#include "report/html_parts.h"
+#include "report/html.h"
 #include "report/page.h"
 
 enum { REAL_DIGITS = 8 }; // more than a page shows
@@ -78,7 +77,7 @@ static bool write_page(FILE *stream, const char *extra, const json_t *data) {
 // Returns the scripts that only some pages have, owned by the caller; NULL: memory is short.
 static char *join_extra(const struct vw_report_page *page) {
     bool plans = false;
-    for (uint32_t i = 0; i < page->run_count; i++) plans |= page->runs[i].next_json != NULL;
+    for (uint32_t i = 0; i < page->run_count; i++) plans |= page->runs[i]->next != NULL;
     return vw_format_text("%s%s", page->extra ? page->extra->script : "", plans ? vw_html_next : "");
 }
 

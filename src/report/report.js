@@ -234,7 +234,7 @@ function qualitiesOf({scores: {quality}}) {
 
 const TIERS = [['keep', 'Keep'], ['unclear', 'Cannot tell'], ['look', 'Look at'], ['drop', 'Leave out'],
   [null, 'Not trained on']]; // by the word of advice.csv
-function tierOf({image}) { return run().advice.told.advice[image]; }
+function tierOf({image}) { return run().advice.words[image]; }
 function tierName(row) { return TIERS.find(([word]) => word === tierOf(row))[1]; }
 
 function rankingColumns(rows) {

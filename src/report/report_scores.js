@@ -96,13 +96,13 @@ const ROW_PHOTOS = 12;
 
 // Lists the photos that are told the same, the most telling first: the best to keep, elsewhere the worst.
 function toldPhotos(one, word) {
-  const rows = photoRows(one, mainMethod(one)).filter(row => one.advice.told.advice[row.image] === word);
+  const rows = photoRows(one, mainMethod(one)).filter(row => one.advice.words[row.image] === word);
   return word === 'keep' ? rows : rows.reverse();
 }
 
 function tellingPhoto(one, row) {
   const name = one.images.name[row.image];
-  const reason = one.advice.told.reason[row.image], picture = thumbnailOf(one, row.image);
+  const reason = one.advice.reasons[row.image], picture = thumbnailOf(one, row.image);
   const button = element('button', {type: 'button', class: 'telling', title: name, 'aria-label': name + ': ' + reason},
     picture, element('span', {class: picture ? 'name' : 'bare'}, name), element('span', {}, reason));
   button.addEventListener('click', () => choosePhoto(one, row.image));

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "report/page.h"
+#include "report/tables.h"
 #include "run/out_folder.h"
 #include "value/methods.h"
 #include "viewworth/value.h"

@@ -349,6 +349,8 @@ static enum vw_status sort_payouts(struct vw_payouts *made) {
         struct vw_payout *payout = &made->providers[p];
         memcpy(photos + count, made->photos + payout->first_photo, payout->photo_count * sizeof *photos);
         payout->first_photo = count;
+        payout->method = made->photos[0].score->method; // there is one at least
+        payout->unit = made->photos[0].score->unit;
         count += payout->photo_count;
     }
     free(made->photos);

@@ -32,6 +32,7 @@ struct vw_photo_payout {
 // A provider's payout.
 struct vw_payout {
     const char *provider;                                  // borrowed from the images
+    const char *method, *unit;                             // method and unit of the scores that pay
     double value;                                          // sum of the photos' positive scores
     double share;                                          // sum of the photos' shares
     uint64_t cents;                                        // sum of the photos' cents

@@ -89,6 +89,7 @@ enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t
             made[count++] = add_up(&members[i], next - i);
         }
         qsort(&made[first_group], count - first_group, sizeof *made, vw_provider_score_compare);
+        for (uint32_t i = first_group; i < count; i++) made[i].rank = i - first_group + 1;
     }
     free(members);
     if (status) {

@@ -13,6 +13,7 @@ struct vw_provider_score {
     double value;              // sum of the photos' scores
     double standard_error;     // root of the sum of squares of the photos' standard errors; NaN if a photo has none
     uint32_t photo_count;
+    uint32_t rank; // 1: the most valuable by its method
 };
 
 // Compares two of one method for qsort: the most valuable first, ties by name.

@@ -285,6 +285,7 @@ enum vw_status vw_worth_add_joint(const struct vw_worth_input *input, struct vw_
         *groups = longer;
         for (uint32_t i = 0; i < game.player_count; i++) longer[*group_count + i] = group_of(&game, &worths, i);
         qsort(longer + *group_count, game.player_count, sizeof *longer, vw_provider_score_compare);
+        for (uint32_t i = 0; i < game.player_count; i++) longer[*group_count + i].rank = i + 1;
         *group_count += game.player_count;
     }
     vw_worths_free(&worths);

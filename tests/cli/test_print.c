@@ -50,6 +50,32 @@ TEST(what_acts_is_replaced) {
     }
 }
 
+// ---- Tables ----
+
+struct table_row {
+    const char *name, *note;
+    double value, unknown;
+};
+
+static void print_table(const void *context) {
+    static const struct vw_column columns[] = {
+        {VW_CELL("name", struct table_row, TEXT, name), .title = "name"},
+        {VW_CELL("value", struct table_row, REAL_OR_NULL, value), .title = "dB", .digits = 1},
+        {VW_CELL("unknown", struct table_row, REAL_OR_NULL, unknown), .title = "left out"},
+        {VW_CELL("note", struct table_row, TEXT_OR_NULL, note), .title = "note"},
+    };
+    const struct vw_rows rows = VW_ROWS(columns, (const struct table_row *)context, 2);
+    vw_print_rows(&rows);
+}
+
+TEST(columns_stand_below_their_title) {
+    const struct table_row rows[] = {{"a\x1b[2J", "so", 12.25, NAN}, {"longer name", NULL, NAN, NAN}};
+    AUTO_FREE char *text = printed_on(stdout, print_table, rows);
+    assert_string_equal(text, "name           dB  note\n"
+                              "a?[2J        12.2  so\n"
+                              "longer name     -\n");
+}
+
 static void keep_line(void *context, enum vw_log_level level, const char *line) {
     (void)level;
     snprintf(context, 64, "%s", line);

@@ -5,7 +5,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
-#include "run/outputs/report_files.h"
+#include "report/documents.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "viewworth/scene.h"
@@ -155,21 +155,21 @@ struct vw_scene *fuzz_scene(void) {
 
 void fuzz_check_report(const char *name, const uint8_t *data, size_t size_bytes) {
     static const uint8_t picture[] = "\x89PNG\r\n\x1a\n";
-    struct vw_report_files files = {0};
+    struct vw_report_documents documents = {0};
     char path[64];
     snprintf(path, sizeof path, "out/%s", name);
     CHECK(!vw_folder_create(temporary_path(fuzz_folder(), "out/renders")));
     fuzz_write("out/renders/a.png", picture, sizeof picture);
     const char *written = fuzz_write(path, data, size_bytes);
     fuzz_forget_message();
-    enum vw_status status = vw_report_files_add(&files, temporary_path(fuzz_folder(), "out"), NULL, NULL);
+    enum vw_status status = vw_report_documents_read(&documents, temporary_path(fuzz_folder(), "out"), NULL);
     fuzz_check_message(status);
     if (!status) {
-        CHECK(files.count == 1);
-        json_t *json = json_loads(files.documents[0].json, JSON_DECODE_ANY, NULL);
+        CHECK(documents.count == 1);
+        char *json = json_dumps(documents.list[0].content, JSON_ENCODE_ANY);
         CHECK(json); // the page contains it
-        json_decref(json);
+        free(json);
     }
-    vw_report_files_free(&files);
+    vw_report_documents_free(&documents);
     CHECK(!remove(written)); // the next input may be another table
 }

@@ -1,7 +1,5 @@
 #include "fuzz/fuzz.h"
 
-#include "run/outputs/report_files.h"
-
 // Tries a table of a report; the first byte says which one.
 void fuzz_tables(const uint8_t *data, size_t size_bytes) {
     static const char *const names[] = {"providers.csv", "payout.csv", "duplicates.csv", "tradeoff.csv", "summary.csv"};

@@ -77,7 +77,7 @@ def tell(data):
     """Changes what photos are told: three to keep and two to look at, of the eighteen."""
     run = data['runs'][0]
     for place, image in enumerate(i for i, split in enumerate(run['images']['split']) if split == 'train'):
-        run['advice']['told']['advice'][image] = 'keep' if place % 6 == 1 else 'look' if place % 9 == 2 else 'unclear'
+        run['advice']['words'][image] = 'keep' if place % 6 == 1 else 'look' if place % 9 == 2 else 'unclear'
 
 
 @check('the ranking is that of scores.csv in the tiers of the advice, by every method')
@@ -86,7 +86,7 @@ def ranking_is_right(browser, folder):
     page = Page(browser, f'{folder}/told.html')
     methods = page.run("return [...document.getElementById('choose-method').options].map(one => one.value)")
     expect(len(methods) >= 2 and page.run("return document.getElementById('choose-method').value") == 'dv_psnr', methods)
-    advice = dict(zip(run['images']['name'], run['advice']['told']['advice']))
+    advice = dict(zip(run['images']['name'], run['advice']['words']))
     headings = page.run("return [...document.querySelectorAll('#ranking-table tr.group')].map(one => one.textContent)")
     expect(headings == ['Keep 3', 'Cannot tell 13', 'Look at 2'], headings)
     for method in methods:
@@ -241,8 +241,8 @@ def add_lasting_credit(data):
         run['scores'][name] = {**credit, 'value': [factor * value for value in credit['value']]}
         run['scores'][name]['ci_low'], run['scores'][name]['ci_high'] = [-9] * len(credit['image']), [9] * len(credit['image'])
         data['methods'].append({'name': name, 'unit': 'dB', 'formula': 'made up', 'has_zero': name == 'worth_psnr'})
-    run['advice'] = {'basis': 'worth_psnr', 'by_order': False, 'tested': True, 'removable': credit['image'][:7],
-                     'irreplaceable': credit['image'][7:8], 'look': [], 'lone': [], 'told': run['advice']['told']}
+    run['advice'] |= {'basis': 'worth_psnr', 'by_order': False, 'tested': True, 'removable': credit['image'][:7],
+                      'irreplaceable': credit['image'][7:8], 'look': [], 'lone': []}
     run['verdict'] = run['steps']['last_psnr'] = None # neither too coarse, nor credit as a share of the gain
     run['gate'] = {'image': credit['image'][:4], 'predicted': [0, 1, 2, None], 'measured': [1, 0, 1.5, 3],
                    'correlation': .33, 'least': .8}

@@ -1,4 +1,4 @@
-// Advice: which photos can be left out, which are irreplaceable, which need a look, and on what that rests.
+// Advice: which photos can be left out, which are irreplaceable, which need a look, on what that rests, and why.
 #include "support/ledger_fixture.h"
 
 #include "report/advice.h"
@@ -22,6 +22,8 @@ static struct fixture make(void) {
     return fixture;
 }
 
+static void free_advice(struct vw_advice *advice) { free(advice->photos); }
+
 static struct vw_ledger_score *add(struct fixture *fixture, uint32_t photo, const char *method, double value,
                                    double half_width) {
     struct vw_ledger_score *score = &fixture->scores[fixture->score_count++];
@@ -33,21 +35,24 @@ static struct vw_ledger_score *add(struct fixture *fixture, uint32_t photo, cons
 // Returns the photos with a mark, as bits.
 static uint32_t marked(const struct vw_advice *advice, enum vw_advice_mark mark) {
     uint32_t bits = 0;
-    for (uint32_t i = 0; i < PHOTOS; i++) bits |= advice->marks[i] & mark ? 1u << i : 0;
+    for (uint32_t i = 0; i < advice->count; i++) bits |= advice->photos[i].marks & mark ? 1u << i : 0;
     return bits;
 }
 
 static struct vw_advice advise_by(const struct fixture *fixture, double accuracy_ci_low, double noise_db,
-                                  enum vw_verdict verdict) {
-    struct vw_worth_summary worth = {.claim_count = 1, .noise_db = noise_db};
-    struct vw_advice advice;
-    worth.claims[0].accuracy.ci_low = accuracy_ci_low;
-    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, &worth, verdict, &advice));
-    return advice;
+                                  double psnr_db) {
+    struct vw_results results = {.input = {.images = fixture->images, .image_count = PHOTOS},
+                                 .scores = fixture->scores,
+                                 .score_count = fixture->score_count,
+                                 .reconstruction = {.psnr_db = psnr_db, .mean_colour_db = 10, .nearest_photo_db = 12},
+                                 .worth = {.claim_count = 1, .noise_db = noise_db}};
+    results.worth.claims[0].accuracy.ci_low = accuracy_ci_low;
+    ASSERT_OK(vw_results_advise(&results));
+    return results.advice;
 }
 
 static struct vw_advice advise(const struct fixture *fixture, double accuracy_ci_low, double noise_db) {
-    return advise_by(fixture, accuracy_ci_low, noise_db, VW_VERDICT_USABLE);
+    return advise_by(fixture, accuracy_ci_low, noise_db, 16);
 }
 
 TEST(credit_alone_says_where_to_look) {
@@ -55,11 +60,11 @@ TEST(credit_alone_says_where_to_look) {
     fixture.scores[2].value = fixture.scores[5].value = -20;
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "train_fit", i == 2 ? 10 : 20 + i % 3, 0);
     add(&fixture, 6, "quality", 0, 0); // a rank alone accuses nobody
-    AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, 0.5, 1);
+    AUTO(free_advice) struct vw_advice advice = advise(&fixture, 0.5, 1);
     assert_null(advice.basis);
-    assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2);
-    assert_int_equal(marked(&advice, VW_ADVICE_LONE), 1u << 5); // as low, but it fits
-    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
+    assert_int_equal(marked(&advice, VW_MARK_LOOK), 1u << 2);
+    assert_int_equal(marked(&advice, VW_MARK_LONE), 1u << 5); // as low, but it fits
+    assert_int_equal(marked(&advice, VW_MARK_REMOVABLE) | marked(&advice, VW_MARK_IRREPLACEABLE), 0);
 }
 
 TEST(a_coarse_reconstruction_says_only_where_to_look) {
@@ -68,11 +73,11 @@ TEST(a_coarse_reconstruction_says_only_where_to_look) {
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "train_fit", i == 2 ? 10 : 20 + i % 3, 0);
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, vw_worth_method, i - 6.0, 0.1);
     for (int coarse = 0; coarse < 2; coarse++) {
-        AUTO(vw_advice_free)
-        struct vw_advice advice = advise_by(&fixture, 0.5, 1, coarse ? VW_VERDICT_TOO_COARSE : VW_VERDICT_USABLE);
-        uint32_t judged = marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE);
+        AUTO(free_advice)
+        struct vw_advice advice = advise_by(&fixture, 0.5, 1, coarse ? 13 : 16);
+        uint32_t judged = marked(&advice, VW_MARK_REMOVABLE) | marked(&advice, VW_MARK_IRREPLACEABLE);
         assert_int_equal(judged == 0, coarse);
-        assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2);
+        assert_int_equal(marked(&advice, VW_MARK_LOOK), 1u << 2);
     }
 }
 
@@ -88,12 +93,12 @@ TEST(lasting_credit_advises_by_order) {
         score->rank_ci_low = rank > 2 ? rank - 2 : 1;
         score->rank_ci_high = rank + 1;
     }
-    AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, NAN, NAN);
+    AUTO(free_advice) struct vw_advice advice = advise(&fixture, NAN, NAN);
     assert_string_equal(advice.basis, "lasting_psnr");
     assert_true(advice.by_order);
-    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 1u << 0 | 1u << 3);       // ranks 12, 9: from 7 on
-    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 11 | 1u << 10); // up to rank 3 of 12
-    assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 1);
+    assert_int_equal(marked(&advice, VW_MARK_REMOVABLE), 1u << 0 | 1u << 3);       // ranks 12, 9: from 7 on
+    assert_int_equal(marked(&advice, VW_MARK_IRREPLACEABLE), 1u << 11 | 1u << 10); // up to rank 3 of 12
+    assert_int_equal(marked(&advice, VW_MARK_LOOK), 1u << 1);
 }
 
 // Worths -0.5, -0.4, ... 0.6, whose median is 0.05, known to 0.25; the last one hardly.
@@ -106,17 +111,17 @@ static struct fixture make_worths(void) {
 
 TEST(worth_advises_by_its_intervals) {
     struct fixture fixture = make_worths();
-    AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, 0.1, 0.01);
+    AUTO(free_advice) struct vw_advice advice = advise(&fixture, 0.1, 0.01);
     assert_string_equal(advice.basis, "worth_psnr");
     assert_false(advice.by_order);
     assert_true(advice.tested);
-    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 7);            // up to -0.3, which ends at -0.05
-    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 10); // the better-known of the best two
+    assert_int_equal(marked(&advice, VW_MARK_REMOVABLE), 7);            // up to -0.3, which ends at -0.05
+    assert_int_equal(marked(&advice, VW_MARK_IRREPLACEABLE), 1u << 10); // the better-known of the best two
 }
 
 static uint32_t removable(const struct fixture *fixture, double noise_db) {
-    AUTO(vw_advice_free) struct vw_advice advice = advise(fixture, 0.1, noise_db);
-    uint32_t bits = marked(&advice, VW_ADVICE_REMOVABLE);
+    AUTO(free_advice) struct vw_advice advice = advise(fixture, 0.1, noise_db);
+    uint32_t bits = marked(&advice, VW_MARK_REMOVABLE);
     return bits;
 }
 
@@ -136,15 +141,74 @@ TEST(worth_that_is_not_shown_to_predict_marks_nothing) {
     struct fixture fixture = make_worths();
     const double unshown[] = {0, -0.1, NAN};
     for (size_t i = 0; i < VW_ARRAY_COUNT(unshown); i++) {
-        AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, unshown[i], 0.01);
+        AUTO(free_advice) struct vw_advice advice = advise(&fixture, unshown[i], 0.01);
         assert_string_equal(advice.basis, "worth_psnr");
         assert_false(advice.tested);
-        assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
+        assert_int_equal(marked(&advice, VW_MARK_REMOVABLE) | marked(&advice, VW_MARK_IRREPLACEABLE), 0);
     }
 }
 
+// ---- Reasons --------------------------------------------------------------------------------------------------------
+
+// Advises where photos 2 and 3 fit badly and have low credit, and photo 8 is a lone view.
+static struct vw_advice advise_with(const char *const *reasons, const bool *duplicated) {
+    struct fixture fixture = make();
+    struct vw_results results = {.input = {.images = fixture.images, .image_count = PHOTOS},
+                                 .scores = fixture.scores,
+                                 .reasons = (const char **)reasons,
+                                 .duplicated = (bool *)duplicated,
+                                 .reconstruction = vw_reconstruction_unknown};
+    fixture.scores[2].value = fixture.scores[3].value = fixture.scores[8].value = -20;
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "train_fit", i == 2 || i == 3 ? 10 : 20 + i % 3, 0);
+    results.score_count = fixture.score_count;
+    ASSERT_OK(vw_results_advise(&results));
+    for (uint32_t i = 0; i < results.advice.count; i++) // the fixture ends here
+        results.advice.photos[i].image = NULL, results.advice.photos[i].score = NULL;
+    return results.advice;
+}
+
+TEST(reasons_are_those_of_the_run) {
+    static const char *const reasons[PHOTOS] = {[1] = "pose", [2] = "blur", [5] = "noise", [8] = "noise"};
+    static const bool duplicated[PHOTOS] = {[3] = true, [5] = true, [7] = true};
+    AUTO(free_advice) struct vw_advice advice = advise_with(reasons, duplicated);
+    const struct vw_photo_advice *photos = advice.photos;
+    assert_string_equal(photos[1].word, "unclear");
+    assert_string_equal(photos[1].reason, "within noise"); // it fits: its render accuses nobody
+    assert_int_equal(photos[2].advice, VW_ADVICE_LOOK);
+    assert_string_equal(photos[2].reason, "blur");
+    assert_string_equal(photos[3].reason, "duplicate");
+    assert_string_equal(photos[5].reason, "noise");
+    assert_int_equal(photos[8].advice, VW_ADVICE_KEEP);
+    assert_string_equal(photos[8].reason, "lone view"); // a photo to keep is not accused
+    assert_string_equal(photos[7].reason, "duplicate");
+}
+
+TEST(without_them_none_is_found) {
+    AUTO(free_advice) struct vw_advice advice = advise_with(NULL, NULL);
+    assert_string_equal(advice.photos[1].reason, "within noise");
+    assert_string_equal(advice.photos[2].reason, "no reason found");
+    assert_string_equal(vw_advice_known_reason("exposure"), "exposure");
+    assert_null(vw_advice_known_reason("within noise"));
+    assert_null(vw_advice_known_reason(NULL));
+}
+
+TEST(photos_that_judge_get_no_advice) {
+    struct fixture fixture = make();
+    fixture.images[4].split = "val";
+    AUTO(free_advice) struct vw_advice advice = advise(&fixture, 0.5, 1);
+    assert_int_equal(advice.count, PHOTOS - 1);
+    const struct vw_rows rows = vw_advice_rows(&advice);
+    struct vw_csv_text table = {0};
+    ASSERT_OK(vw_rows_make_csv("advice.csv", &rows, &table));
+    static const char first[] = "name,advice,reason,score,ci_low,ci_high,unit,method\n"
+                                "photo,unclear,within noise,0,,,dB,dv_psnr\n";
+    assert_memory_equal(table.text, first, strlen(first));
+    free(table.text);
+}
+
 TEST(no_scores_no_advice) {
-    AUTO(vw_advice_free) struct vw_advice advice;
-    ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, &(struct vw_worth_summary){0}, VW_VERDICT_UNKNOWN, &advice));
-    assert_null(advice.basis);
+    AUTO(vw_results_free) struct vw_results results = {.reconstruction = vw_reconstruction_unknown};
+    ASSERT_OK(vw_results_advise(&results));
+    assert_null(results.advice.basis);
+    assert_int_equal(results.advice.count, 0);
 }

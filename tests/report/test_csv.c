@@ -1,7 +1,7 @@
 // scores.csv: header, order, ranks, quoting, and reals that read back to the same double.
 #include "support/ledger_fixture.h"
 
-#include "report/page.h"
+#include "report/tables.h"
 
 static const struct vw_ledger_image images[] = {
     {0, "b,comma.png", "train", "alice", HEX_A, NULL},

@@ -271,7 +271,8 @@ TEST(equal_files_are_copies) {
     }
     assert_true(rows[0].score == &scores[1] && rows[1].score == &scores[2] && !rows[2].score);
     struct vw_csv_text table;
-    ASSERT_OK(vw_table_make_duplicates("duplicates.csv", rows, row_count, &table));
+    const struct vw_rows of_table = vw_duplicate_rows(rows, row_count);
+    ASSERT_OK(vw_rows_make_csv("duplicates.csv", &of_table, &table));
     assert_string_equal(table.text, "group,name,split,provider,similarity,method,value,unit,stderr,group_value\n"
                                     "0,view_004,train,alice,1,dv_psnr,1.5,dB,0,-2.5\n"
                                     "0,view_020,train,\"eve, inc.\",1,dv_psnr,-4,dB,0.5,-2.5\n"

@@ -30,8 +30,10 @@ enum vw_status vw_command_import_steps(const struct vw_options *options);
 
 // Refuses, before the run of `value --worth` is trained, unusable options.
 enum vw_status vw_worth_check_options(const struct vw_options *options);
-// Makes the worth of the run in `out` and prints it.
-enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings);
+// Makes the worth of the run in `out` and prints it; `answer` takes the new advice (NULL: nothing does).
+struct vw_answer;
+enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings,
+                               struct vw_answer *answer);
 
 // Writes the report, with a further table (NULL: none), and prints its path.
 enum vw_status vw_report_make(const struct vw_options *options, const struct vw_report_extra *extra);

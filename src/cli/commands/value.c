@@ -17,7 +17,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     struct vw_progress progress = {.quiet = options->quiet};
     struct vw_run_params params;
     struct vw_run *run = NULL;
-    struct vw_answer answer;
+    struct vw_answer answer = {0};
     enum vw_status status = vw_params_of_run(options, &params);
     params.train_only = train_only;
     if (options->worth) params.payout.amount = NULL; // it follows worth
@@ -34,11 +34,13 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     vw_progress_end(&progress);
     if (!status) status = vw_run_finish(run);
     if (!status && !(options->worth && options->json)) status = vw_run_print(run, train_only, options->json);
-    if (!status) vw_answer_begin(run, options->out, &answer);
+    if (!status) status = vw_answer_begin(run, options->out, &answer);
     if (!status && !steps_before) answer.training_s = took_s;
     vw_run_close(&run);
-    if (!status && options->worth) status = vw_worth_of_run(options, options->out, options->worth);
-    return status || train_only || options->json ? status : vw_answer_print(&answer);
+    if (!status && options->worth) status = vw_worth_of_run(options, options->out, options->worth, &answer);
+    if (!status && !train_only && !options->json) vw_answer_print(&answer);
+    vw_answer_free(&answer);
+    return status;
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {

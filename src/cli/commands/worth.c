@@ -1,6 +1,7 @@
 #include "cli/commands/commands.h"
 
 #include "cli/interrupt.h"
+#include "cli/output/answer.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
 #include "experiment/worth.h"
@@ -20,7 +21,8 @@ enum vw_status vw_worth_check_options(const struct vw_options *options) {
     return vw_worth_run_check(&params);
 }
 
-enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings) {
+enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings,
+                               struct vw_answer *answer) {
     struct vw_worth_run_params params = params_of(options, out, retrainings);
     struct vw_device_list devices;
     struct vw_worth_run result;
@@ -30,10 +32,12 @@ enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out
     params.interrupt = vw_interrupt_watch();
     status = vw_worth_run_make(&params, &result);
     if (!status) status = vw_worth_print(&result, options->until_confidence, options->json);
+    const struct vw_results *results = &result.outputs.results;
+    if (!status && answer && results->advice.photos) status = vw_answer_take(answer, results);
     vw_worth_run_free(&result);
     return status;
 }
 
 enum vw_status vw_command_worth(const struct vw_options *options) {
-    return vw_worth_of_run(options, options->operand, options->retrainings);
+    return vw_worth_of_run(options, options->operand, options->retrainings, NULL);
 }

@@ -1,11 +1,16 @@
-// The answer to what value was asked, in its last lines: a verdict on the reconstruction, advice on the photos as
-// advice.csv has it, and the command that comes next with its cost.
+// The answer to what value was asked, in its last lines: a verdict on the reconstruction, advice on the photos, and the
+// command that comes next with its cost.
 #ifndef VIEWWORTH_CLI_OUTPUT_ANSWER_H
 #define VIEWWORTH_CLI_OUTPUT_ANSWER_H
 
-#include <jansson.h>
-
 #include "run/run.h"
+
+struct vw_answer_photo {
+    char *name;         // owned
+    const char *reason; // static
+    enum vw_advice_word advice;
+    double score; // NaN: none
+};
 
 struct vw_answer {
     const char *out; // borrowed
@@ -14,15 +19,16 @@ struct vw_answer {
     double training_s;        // time of this training; NaN: unknown
     double unvalidated_share; // share of it that a training without validation takes
     bool has_report;
+    struct vw_answer_photo *photos; // owned; those with advice, in any order
+    size_t photo_count;
 };
 
-// Keeps what is to be said of a finished run until it is closed, since retrainings may follow that change the advice.
-void vw_answer_begin(const struct vw_run *run, const char *out, struct vw_answer *answer);
-// Reads OUT/advice.csv and prints the answer.
-enum vw_status vw_answer_print(const struct vw_answer *answer);
-
-// Returns {"counts": {"keep", "look", "unclear", "drop"}, "photos": [{"name", "advice", "reason"}]} of OUT; NULL when
-// the table cannot be read or memory is short.
-json_t *vw_answer_advice_to_json(const char *out);
+// Keeps what is to be said of a finished run until after it is closed, since retrainings may follow that change the
+// advice; then that is taken from their results. Free the answer also after a failure. VW_ERROR_MEMORY.
+enum vw_status vw_answer_begin(const struct vw_run *run, const char *out, struct vw_answer *answer);
+enum vw_status vw_answer_take(struct vw_answer *answer, const struct vw_results *results);
+// Sorts the photos and prints the answer.
+void vw_answer_print(struct vw_answer *answer);
+void vw_answer_free(struct vw_answer *answer);
 
 #endif

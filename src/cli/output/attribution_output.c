@@ -1,3 +1,4 @@
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -8,6 +9,12 @@
 #include "report/tables.h"
 
 enum { SHOWN_ROWS = 20, SHOWN_GROUPS = 10, SHOWN_IN_GROUP = 6 }; // the tables have all
+enum { AMOUNT_BYTES = 24 };
+
+// Writes cents as "12.34".
+static void amount_to_text(uint64_t cents, char text[AMOUNT_BYTES]) {
+    snprintf(text, AMOUNT_BYTES, "%" PRIu64 ".%02" PRIu64, cents / 100, cents % 100);
+}
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
@@ -37,9 +44,9 @@ static void print_groups(const struct vw_attribution *attribution, const char *m
 
 // Says who is paid, or why no one is.
 static void print_outcome(const struct vw_attribution *attribution) {
-    char amount[VW_AMOUNT_BYTES];
+    char amount[AMOUNT_BYTES];
     uint32_t enough = attribution->advised_retrainings;
-    vw_amount_to_text(attribution->request.cents, amount);
+    amount_to_text(attribution->request.cents, amount);
     if (attribution->outcome == VW_PAYOUT_PAID)
         vw_print("payout of %s by %s, the sum over each provider's photos [90 %% interval]\n", amount,
                  attribution->payouts.none_positive ? "the number of photos, since no photo has a positive worth"
@@ -66,10 +73,12 @@ static void print_outcome(const struct vw_attribution *attribution) {
 }
 
 static void print_payout(const struct vw_payout *payout) {
-    char amount[VW_AMOUNT_BYTES], low[VW_AMOUNT_BYTES], high[VW_AMOUNT_BYTES];
-    vw_amount_to_text(payout->cents, amount);
-    vw_amount_range_to_text(payout->interval, low, high);
-    vw_print("  %14s  [%s, %s]  %s", amount, *low ? low : "?", *high ? high : "?", payout->provider);
+    char amount[AMOUNT_BYTES], range[2 * VW_CELL_BYTES] = "?, ?";
+    amount_to_text(payout->cents, amount);
+    if (isfinite(payout->interval.low_cents))
+        snprintf(range, sizeof range, "%.2f, %.2f", payout->interval.low_cents / 100,
+                 payout->interval.high_cents / 100);
+    vw_print("  %14s  [%s]  %s", amount, range, payout->provider);
     if (payout->alike_count)
         vw_print(" (not told apart from %u other%s)", payout->alike_count, vw_plural(payout->alike_count));
     vw_print("\n");
@@ -102,6 +111,13 @@ static void print_payouts(const struct vw_attribution *attribution) {
     print_unvalued(attribution);
 }
 
+static const char *judged_as(const struct vw_duplicate_score *row) {
+    if (row->score) return "";
+    return strcmp(row->image->split, "val") == 0    ? " (validates)"
+           : strcmp(row->image->split, "test") == 0 ? " (tests)"
+                                                    : " (has no score)";
+}
+
 // Prints a group on one line; the table has each photo's own score. Returns how many rows it has.
 static uint32_t print_duplicate_group(const struct vw_attribution *attribution, uint32_t first) {
     const struct vw_duplicate_score *rows = attribution->duplicates;
@@ -110,7 +126,7 @@ static uint32_t print_duplicate_group(const struct vw_attribution *attribution, 
     for (; end < attribution->duplicate_count && rows[end].group == rows[first].group; end++) {
         const char *provider = rows[end].image->provider;
         if (end - first >= SHOWN_IN_GROUP) continue;
-        vw_print("%s %s%s", end > first ? "," : "", rows[end].image->name, rows[end].score ? "" : " (validates)");
+        vw_print("%s %s%s", end > first ? "," : "", rows[end].image->name, judged_as(&rows[end]));
         if (provider && *provider) vw_print(" of %s", provider);
     }
     if (end - first > SHOWN_IN_GROUP) vw_print(" and %u more", end - first - SHOWN_IN_GROUP);
@@ -135,47 +151,11 @@ void vw_attribution_print(const struct vw_attribution *attribution) {
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------
 
-static json_t *provider_to_json(const struct vw_provider_score *group) {
-    return json_pack("{s:s, s:s, s:o, s:s, s:o, s:I}", "provider", group->provider, "method", group->method, "value",
-                     vw_json_real(group->value), "unit", group->unit, "stderr", vw_json_real(group->standard_error),
-                     "photos", (json_int_t)group->photo_count);
-}
-
-// Makes the amount with its interval, of a provider or a photo.
-static json_t *amount_to_json(double share, uint64_t cents, struct vw_payout_interval interval) {
-    char amount[VW_AMOUNT_BYTES];
-    vw_amount_to_text(cents, amount);
-    return json_pack("{s:o, s:s, s:I, s:o, s:o}", "share", vw_json_real(share), "amount", amount, "cents",
-                     (json_int_t)cents, "ci_low_cents", vw_json_real(interval.low_cents), "ci_high_cents",
-                     vw_json_real(interval.high_cents));
-}
-
-static json_t *payout_to_json(const struct vw_payout *payout) {
-    json_t *root = amount_to_json(payout->share, payout->cents, payout->interval);
-    vw_json_set(&root, "provider", json_string(payout->provider));
-    vw_json_set(&root, "overlaps", json_integer(payout->alike_count));
-    vw_json_set(&root, "photos", json_integer(payout->photo_count));
-    vw_json_set(&root, "validating", json_integer(payout->validating_count));
-    vw_json_set(&root, "tests", json_integer(payout->test_count));
-    vw_json_set(&root, "unscored", json_integer(payout->unscored_count));
-    return root;
-}
-
-static json_t *photo_to_json(const struct vw_photo_payout *photo) {
-    json_t *root = amount_to_json(photo->share, photo->cents, photo->interval);
-    vw_json_set(&root, "name", json_string(photo->image->name));
-    vw_json_set(&root, "provider", json_string(photo->image->provider));
-    vw_json_set(&root, "method", json_string(photo->score->method));
-    vw_json_set(&root, "value", vw_json_real(photo->score->value));
-    return root;
-}
-
 // Adds the payouts; where no one is paid, why, and how many retrainings would be enough.
 static void add_payouts(const struct vw_attribution *attribution, json_t **root) {
     static const char *const reasons[] = {[VW_PAYOUT_UNKNOWN_WORTH] = "no retrainings",
                                           [VW_PAYOUT_NOT_TOLD_APART] = "not told apart",
                                           [VW_PAYOUT_NONE_POSITIVE] = "no photo has a positive worth"};
-    const struct vw_payouts *payouts = &attribution->payouts;
     if (attribution->outcome == VW_PAYOUT_NOT_ASKED) return;
     if (attribution->outcome != VW_PAYOUT_PAID) {
         vw_json_set(root, "unpaid",
@@ -183,29 +163,16 @@ static void add_payouts(const struct vw_attribution *attribution, json_t **root)
                               (json_int_t)attribution->advised_retrainings));
         return;
     }
-    json_t *providers = json_array(), *photos = json_array();
-    for (uint32_t i = 0; i < payouts->provider_count; i++)
-        vw_json_append(&providers, payout_to_json(&payouts->providers[i]));
-    for (uint32_t i = 0; i < payouts->photo_count; i++) vw_json_append(&photos, photo_to_json(&payouts->photos[i]));
-    vw_json_set(root, "payout", providers);
-    vw_json_set(root, "payout_photos", photos);
-}
-
-static json_t *duplicate_to_json(const struct vw_duplicate_score *row) {
-    return json_pack("{s:I, s:s, s:s, s:s, s:o, s:o, s:o, s:I}", "group", (json_int_t)row->group, "name",
-                     row->image->name, "split", row->image->split, "provider",
-                     row->image->provider ? row->image->provider : "", "similarity", vw_json_real(row->similarity),
-                     "value", vw_json_real(row->score ? row->score->value : NAN), "group_value",
-                     vw_json_real(row->group_value), "providers", (json_int_t)row->provider_count);
+    const struct vw_rows providers = vw_payout_rows(&attribution->payouts),
+                         photos = vw_photo_payout_rows(&attribution->payouts);
+    vw_json_set(root, "payout", vw_rows_to_json(&providers));
+    vw_json_set(root, "payout_photos", vw_rows_to_json(&photos));
 }
 
 void vw_attribution_add_json(const struct vw_attribution *attribution, json_t **root) {
-    json_t *providers = json_array(), *duplicates = json_array();
-    for (uint32_t i = 0; i < attribution->group_count; i++)
-        vw_json_append(&providers, provider_to_json(&attribution->groups[i]));
-    for (uint32_t i = 0; i < attribution->duplicate_count; i++)
-        vw_json_append(&duplicates, duplicate_to_json(&attribution->duplicates[i]));
-    vw_json_set(root, "providers", providers);
-    vw_json_set(root, "duplicates", duplicates);
+    const struct vw_rows providers = vw_provider_rows(attribution->groups, attribution->group_count),
+                         duplicates = vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count);
+    vw_json_set(root, "providers", vw_rows_to_json(&providers));
+    vw_json_set(root, "duplicates", vw_rows_to_json(&duplicates));
     add_payouts(attribution, root);
 }

@@ -1,4 +1,3 @@
-#include <inttypes.h>
 #include <stdlib.h>
 
 #include "cli/output/print.h"
@@ -7,15 +6,24 @@
 #include "value/methods.h"
 #include "viewworth/value.h"
 
+#define OF_FOLD(name, kind, member, heading)                                                                           \
+    { VW_CELL(name, struct vw_kfold_fold, kind, member), .title = heading }
+static const struct vw_column columns[] = {
+    OF_FOLD("fold", COUNT, number, "fold"),
+    OF_FOLD("train", COUNT, train_count, "train"),
+    OF_FOLD("validation", COUNT, validation_count, "validation"),
+    OF_FOLD("steps", COUNT64, steps, "steps"),
+    {VW_CELL("val_psnr_start_db", struct vw_kfold_fold, REAL_OR_NULL, first_val_psnr_db),
+     .title = "validation PSNR before, dB", .digits = 2},
+    {VW_CELL("val_psnr_end_db", struct vw_kfold_fold, REAL_OR_NULL, last_val_psnr_db), .title = "after training",
+     .digits = 2},
+};
+
 // ---- Text ----
 
 static void print_folds(const struct vw_kfold *kfold) {
-    vw_print("fold  train  validation  steps   validation PSNR, dB: before, after training\n");
-    for (uint32_t k = 0; k < kfold->params->folds; k++) {
-        const struct vw_kfold_fold *fold = &kfold->folds[k];
-        vw_print("%4u  %5u  %10u  %-6" PRIu64 "  %.2f  %.2f\n", k + 1, fold->train_count, fold->validation_count,
-                 fold->steps, fold->first_val_psnr_db, fold->last_val_psnr_db);
-    }
+    const struct vw_rows folds = VW_ROWS(columns, kfold->folds, kfold->params->folds);
+    vw_print_rows(&folds);
     if (kfold->agreement.pairs)
         vw_print("agreement of two folds on the photos that both train on: rho %.2f [%.2f %.2f]\n",
                  kfold->agreement.mean, kfold->agreement.lowest, kfold->agreement.highest);
@@ -39,21 +47,9 @@ static void print_text(const struct vw_kfold *kfold, const struct vw_ranking *ra
 
 // ---- JSON ----
 
-static json_t *folds_to_json(const struct vw_kfold *kfold) {
-    json_t *array = json_array();
-    for (uint32_t k = 0; k < kfold->params->folds; k++) {
-        const struct vw_kfold_fold *fold = &kfold->folds[k];
-        vw_json_append(&array,
-                       json_pack("{s:I, s:I, s:I, s:o, s:o}", "train", (json_int_t)fold->train_count, "validation",
-                                 (json_int_t)fold->validation_count, "steps", (json_int_t)fold->steps,
-                                 "val_psnr_start_db", vw_json_real(fold->first_val_psnr_db), "val_psnr_end_db",
-                                 vw_json_real(fold->last_val_psnr_db)));
-    }
-    return array;
-}
-
 static json_t *to_json(const struct vw_kfold *kfold, const struct vw_ranking *ranking) {
-    return json_pack("{s:o, s:o, s:o, s:s, s:s, s:s, s:s*}", "folds", folds_to_json(kfold), "spearman",
+    const struct vw_rows folds = VW_ROWS(columns, kfold->folds, kfold->params->folds);
+    return json_pack("{s:o, s:o, s:o, s:s, s:s, s:s, s:s*}", "folds", vw_rows_to_json(&folds), "spearman",
                      vw_json_real(kfold->agreement.mean), "photos", vw_ranking_to_json(ranking, VW_RANKING_ALL),
                      "scores", kfold->scores_path, "matrix", kfold->matrix_path, "list", kfold->list_path, "report",
                      kfold->report_path);

@@ -4,11 +4,11 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "cli/output/answer.h"
 #include "cli/output/print.h"
 #include "cli/output/ranking.h"
 #include "cli/output/results.h"
 #include "detect/effects_text.h"
+#include "report/advice.h"
 #include "run/plan/accuracy_levels.h"
 #include "scene/splits_file.h"
 
@@ -86,12 +86,6 @@ static json_t *profile_to_json(const struct vw_profile *profile) {
                      profile->peaks.copy_bytes_per_s, "multiply_adds_per_s", profile->peaks.multiply_adds_per_s);
 }
 
-static const struct vw_view_distance *find_distance(const struct vw_validation_views *validation, uint32_t view) {
-    for (uint32_t i = 0; i < validation->distance_count; i++)
-        if (validation->distances[i].view == view) return &validation->distances[i];
-    return NULL;
-}
-
 // Prints how far the ranking can be believed.
 static void print_agreement(const struct vw_ranking_agreement *agreement) {
     if (isfinite(agreement->better_training))
@@ -104,22 +98,52 @@ static void print_agreement(const struct vw_ranking_agreement *agreement) {
                  agreement->view_halves < LOW_AGREEMENT ? ": these scores are for these views" : "");
 }
 
-static json_t *view_to_json(const struct vw_validation_views *validation, const struct vw_view_evidence *view) {
-    const struct vw_view_distance *distance = find_distance(validation, view->image_id);
-    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:b, s:b, s:o, s:b}", "name",
-                     vw_validation_views_name(validation, view->image_id), "psnr_end_db", vw_json_real(view->end_psnr),
-                     "agreement", vw_json_real(view->agreement), "ranking_without", vw_json_real(view->without),
-                     "disagrees", view->disagrees, "lone", view->lone, "stays_low", view->stays_low, "distance",
-                     vw_json_real(distance ? distance->ratio : NAN), "far", distance && distance->far);
+// A validation photo: what the matrix and the cameras say of it.
+struct view_row {
+    const char *name;
+    const struct vw_view_evidence *evidence;
+    double distance; // over that between train photos; NaN: unknown
+    bool far;
+};
+
+#define OF_VIEW(name, kind, member)                                                                                    \
+    { VW_CELL_VIA(name, struct view_row, evidence, kind, struct vw_view_evidence, member) }
+static const struct vw_column view_columns[] = {
+    VW_COLUMN(struct view_row, TEXT, name),        OF_VIEW("psnr_end_db", REAL_OR_NULL, end_psnr),
+    OF_VIEW("agreement", REAL_OR_NULL, agreement), OF_VIEW("ranking_without", REAL_OR_NULL, without),
+    OF_VIEW("disagrees", FLAG, disagrees),         OF_VIEW("lone", FLAG, lone),
+    OF_VIEW("stays_low", FLAG, stays_low),         VW_COLUMN(struct view_row, REAL_OR_NULL, distance),
+    VW_COLUMN(struct view_row, FLAG, far),
+};
+
+static json_t *view_to_json(const struct vw_scene *scene, const struct vw_run_outputs *outputs, uint32_t place) {
+    const struct vw_view_evidence *evidence = &outputs->results.views[place];
+    struct view_row row = {.name = scene->views[evidence->image_id].name, .evidence = evidence, .distance = NAN};
+    for (uint32_t i = 0; i < outputs->distance_count; i++)
+        if (outputs->distances[i].view == evidence->image_id)
+            row.distance = outputs->distances[i].ratio, row.far = outputs->distances[i].far;
+    const struct vw_rows rows = VW_ROWS(view_columns, &row, 1);
+    return vw_row_to_json(&rows, 0);
 }
 
-static void add_validation_views(const struct vw_validation_views *validation, json_t **root) {
-    bool known = vw_validation_views_have_matrix(validation);
+static void add_validation_views(const struct vw_scene *scene, const struct vw_run_outputs *outputs, json_t **root) {
     json_t *views = json_array();
-    for (uint32_t v = 0; known && v < validation->matrix.view_count; v++)
-        vw_json_append(&views, view_to_json(validation, &validation->views[v]));
+    for (uint32_t v = 0; outputs->matrix_path && v < outputs->results.matrix.view_count; v++)
+        vw_json_append(&views, view_to_json(scene, outputs, v));
     vw_json_set(root, "validation_views", views);
-    if (known) vw_json_set(root, "matrix", vw_json_string(validation->matrix_path));
+    if (outputs->matrix_path) vw_json_set(root, "matrix", vw_json_string(outputs->matrix_path));
+}
+
+static json_t *advice_to_json(const struct vw_results *results) {
+    json_t *counts = json_object();
+    struct vw_rows photos = vw_advice_rows(&results->advice);
+    if (!results->score_count) photos.count = 0;
+    for (enum vw_advice_word word = 0; word < VW_ADVICE_COUNT; word++) {
+        uint32_t count = 0;
+        for (uint32_t i = 0; i < photos.count; i++) count += results->advice.photos[i].advice == word;
+        vw_json_set(&counts, vw_advice_words[word], json_integer(count));
+    }
+    return json_pack("{s:o, s:o}", "counts", counts, "photos", vw_rows_to_json(&photos));
 }
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
@@ -137,7 +161,7 @@ static void print_ranking(const struct vw_run_results *results, const struct vw_
 }
 
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
-    const struct vw_ranking_agreement *agreement = &results->outputs.validation.agreement;
+    const struct vw_ranking_agreement *agreement = &results->outputs.results.agreement;
     print_agreement(agreement);
     print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
@@ -148,8 +172,7 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
              vw_scene_has_weights(results->scene) ? ", means weighted by photo" : "");
     vw_print("files    %s %s %s", results->ledger_path, results->scores_path, results->field_path);
     if (results->outputs.has_splats) vw_print(" %s", results->splats_path);
-    if (vw_validation_views_have_matrix(&results->outputs.validation))
-        vw_print(" %s", results->outputs.validation.matrix_path);
+    if (results->outputs.matrix_path) vw_print(" %s", results->outputs.matrix_path);
     if (results->outputs.report_path) vw_print("\nreport   %s", results->outputs.report_path);
     vw_print("\n");
     vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", results->head);
@@ -173,11 +196,11 @@ static void add_values(const struct vw_run_results *results, const struct vw_ran
         vw_json_set(root, "stability", stability_to_json(&results->stability, results->until_stable));
     vw_json_set(root, "most_valuable", vw_ranking_to_json(ranking, VW_RANKING_HIGHEST));
     vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
-    vw_json_set(root, "advice", vw_answer_advice_to_json(results->outputs.attribution.out));
+    vw_json_set(root, "advice", advice_to_json(&results->outputs.results));
     vw_attribution_add_json(&results->outputs.attribution, root);
     vw_json_set(root, "verdict",
-                vw_verdict_to_json(&results->outputs.reconstruction, &results->outputs.validation.agreement));
-    add_validation_views(&results->outputs.validation, root);
+                vw_verdict_to_json(&results->outputs.results.reconstruction, &results->outputs.results.agreement));
+    add_validation_views(results->scene, &results->outputs, root);
     if (results->lasting.pass.step_count) vw_json_set(root, "lasting", vw_lasting_to_json(&results->lasting));
     if (results->plan.record) add_plan(&results->plan, results->config, root);
 }

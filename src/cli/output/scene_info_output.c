@@ -88,45 +88,23 @@ static void print_points(const struct description *description) {
                  description->far_world, description->ranged_count, vw_plural(description->ranged_count));
 }
 
-// A photo and how bright it is beside the median one.
-struct toned {
-    const char *name;
-    double brightness;
-};
-
-static int compare_brightness(const void *a, const void *b) {
-    double left = ((const struct toned *)a)->brightness, right = ((const struct toned *)b)->brightness;
-    return (left > right) - (left < right);
-}
-
-// Lists the train photos whose exposure is known, the darkest first; the caller frees the list.
-static struct toned *list_exposed(const struct description *description, uint32_t *count) {
-    const struct vw_scene *scene = description->scene;
-    const struct vw_exposure *exposures = description->exposures;
-    struct toned *list = vw_allocate(scene->view_count, sizeof *list);
-    *count = 0;
-    for (uint32_t v = 0; list && v < scene->view_count; v++)
-        if (isfinite(exposures[v].error_with))
-            list[(*count)++] = (struct toned){scene->views[v].name, vw_exposure_brightness(&exposures[v])};
-    if (list) qsort(list, *count, sizeof *list, compare_brightness);
-    return list;
-}
-
-// Prints how photos differ in exposure, with those that stand out by a quarter.
+// Prints how photos differ in exposure, with the darkest and the brightest.
 static void print_exposures(const struct description *description) {
-    enum { SHOWN = 3 };
-    uint32_t count = 0;
-    struct toned *list = list_exposed(description, &count);
+    const struct vw_scene *scene = description->scene;
+    uint32_t count = 0, darkest = 0, brightest = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (!isfinite(description->exposures[v].error_with)) continue;
+        double brightness = vw_exposure_brightness(&description->exposures[v]);
+        if (!count || brightness < vw_exposure_brightness(&description->exposures[darkest])) darkest = v;
+        if (!count || brightness > vw_exposure_brightness(&description->exposures[brightest])) brightest = v;
+        count++;
+    }
     if (count)
-        vw_print("exposure photos are %.2f to %.2f times as bright as the median photo, by the points that %u of %u "
-                 "share\n",
-                 list[0].brightness, list[count - 1].brightness, count,
-                 description->scene->split_count[VW_SPLIT_TRAIN]);
-    for (uint32_t i = 0; i < SHOWN && i < count && list[i].brightness < 0.75; i++)
-        vw_print("         dark: %s, %.2f\n", list[i].name, list[i].brightness);
-    for (uint32_t i = 1; i <= SHOWN && i <= count && list[count - i].brightness > 1.25; i++)
-        vw_print("         bright: %s, %.2f\n", list[count - i].name, list[count - i].brightness);
-    free(list);
+        vw_print("exposure photos are %.2f (%s) to %.2f (%s) times as bright as the median photo, by the points that "
+                 "%u of %u share\n",
+                 vw_exposure_brightness(&description->exposures[darkest]), scene->views[darkest].name,
+                 vw_exposure_brightness(&description->exposures[brightest]), scene->views[brightest].name, count,
+                 scene->split_count[VW_SPLIT_TRAIN]);
 }
 
 static void print_estimate(const struct vw_estimate *estimate) {

@@ -5,6 +5,7 @@
 #include "cli/output/print.h"
 #include "cli/output/ranking.h"
 #include "cli/output/results.h"
+#include "report/tables.h"
 #include "value/methods.h"
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
@@ -20,14 +21,10 @@ static void print_signs(const struct vw_ranking *ranking) {
 }
 
 static void print_claims(const struct vw_worth_summary *summary) {
-    vw_print("accuracy on left-out retrainings, beyond the number of photos (Spearman, 95 %% interval)\n");
-    for (uint32_t i = 0; i < summary->claim_count; i++) {
-        const struct vw_worth_accuracy *accuracy = &summary->claims[i].accuracy;
-        vw_print("  %+6.2f [%+5.2f, %+5.2f]  %s", accuracy->spearman, accuracy->ci_low, accuracy->ci_high,
-                 summary->claims[i].method);
-        if (isfinite(accuracy->r2)) vw_print(" (R^2 %.2f; with the number of photos %.2f)", accuracy->r2, summary->r2);
-        vw_print("\n");
-    }
+    vw_print("accuracy on left-out retrainings, beyond the number of photos\n");
+    const struct vw_rows claims = vw_claim_rows(summary);
+    vw_print_rows(&claims);
+    if (isfinite(summary->r2)) vw_print("R^2 with the number of photos %.2f\n", summary->r2);
     if (isfinite(summary->noise_db))
         vw_print("noise    %u trainings on all photos differ by %.2f dB: no score can exceed about %.2f\n",
                  summary->repeat_count, summary->noise_db, summary->ceiling);
@@ -79,25 +76,14 @@ static json_t *photos_to_json(const struct vw_worth_run *result, const struct vw
     return photos;
 }
 
-static json_t *claims_to_json(const struct vw_worth_summary *summary) {
-    json_t *array = json_array();
-    for (uint32_t i = 0; i < summary->claim_count; i++) {
-        const struct vw_worth_accuracy *accuracy = &summary->claims[i].accuracy;
-        vw_json_append(&array, json_pack("{s:s, s:o, s:o, s:o, s:o, s:I}", "method", summary->claims[i].method,
-                                         "spearman", vw_json_real(accuracy->spearman), "ci_low",
-                                         vw_json_real(accuracy->ci_low), "ci_high", vw_json_real(accuracy->ci_high),
-                                         "r2", vw_json_real(accuracy->r2), "retrainings", (json_int_t)accuracy->count));
-    }
-    return array;
-}
-
 static json_t *to_json(const struct vw_worth_run *result, const struct vw_ranking *ranking) {
     const struct vw_worth_summary *summary = &result->summary;
+    const struct vw_rows claims = vw_claim_rows(summary);
     json_t *root = json_pack("{s:s, s:s*, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:s, s:s*, s:s*, s:s}", "method",
                              result->prior ? result->prior : vw_worth_method, "prior", result->prior, "retrainings",
                              (json_int_t)summary->retraining_count, "on_all_photos", (json_int_t)summary->repeat_count,
                              "with_whole_providers", (json_int_t)summary->provider_retraining_count, "accuracy",
-                             claims_to_json(summary), "r2", vw_json_real(summary->r2), "noise_db",
+                             vw_rows_to_json(&claims), "r2", vw_json_real(summary->r2), "noise_db",
                              vw_json_real(summary->noise_db), "ceiling", vw_json_real(summary->ceiling), "photos",
                              photos_to_json(result, ranking), "ledger", result->recorded.ledger_path, "scores",
                              result->scores_path, "report", result->outputs.report_path, "head", result->head);

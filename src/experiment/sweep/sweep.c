@@ -140,7 +140,7 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
     if (!sweep->csv_path) return VW_ERROR_MEMORY;
     const struct vw_rows rows = vw_sweep_rows(sweep->metrics, sweep->metric_count);
     enum vw_status status = vw_rows_write_csv(sweep->csv_path, &rows);
-    if (!status) sweep->report_path = vw_report_folder_finish(out, &report);
+    if (!status) sweep->report_path = vw_report_folder_finish(out, &report, "tradeoff.csv", vw_rows_to_texts(&rows));
     return status;
 }
 

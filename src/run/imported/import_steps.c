@@ -9,7 +9,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "ledger/step_log.h"
-#include "report/page.h"
+#include "report/tables.h"
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
 #include "run/out_lock.h"

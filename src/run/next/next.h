@@ -55,7 +55,5 @@ json_t *vw_proposals_to_json(const struct vw_next *next);
 // Checks such a file of a stranger, for a page. It may also have "pictures": renders of the first proposals, WebP files
 // in base64. VW_ERROR_INPUT names the file and what is wrong; `path` is for messages.
 enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count);
-// Leaves the pictures out of the checked text of such a file, which it replaces, after a failure by NULL.
-enum vw_status vw_proposals_drop_pictures(char **text);
 
 #endif

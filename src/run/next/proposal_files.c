@@ -73,16 +73,6 @@ enum vw_status vw_proposals_check(const char *path, json_t *file, const char *sc
     return reader.status;
 }
 
-enum vw_status vw_proposals_drop_pictures(char **text) {
-    json_error_t error;
-    json_t *file = vw_json_load(*text, strlen(*text), 0, &error);
-    json_object_del(file, "pictures");
-    free(*text);
-    *text = vw_json_to_text(file, JSON_COMPACT);
-    json_decref(file);
-    return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for next.json");
-}
-
 // ---- Renders -------------------------------------------------------------------------------------------------------
 
 static enum vw_status add_picture(const struct vw_camera *camera, const float *rgb, json_t **pictures) {

@@ -94,8 +94,8 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
     if (!status) status = vw_worth_add_joint(&worth, &attribution->groups, &attribution->group_count);
     if (status || !attribution->group_count) return status;
     struct vw_csv_text table = {0};
-    status =
-        vw_table_make_providers(attribution->providers_path, attribution->groups, attribution->group_count, &table);
+    const struct vw_rows rows = vw_provider_rows(attribution->groups, attribution->group_count);
+    status = vw_rows_make_csv(attribution->providers_path, &rows, &table);
     return vw_result_write_table(status, attribution->out, "providers.csv", &table, attribution->made);
 }
 
@@ -110,10 +110,12 @@ static uint32_t advise(const struct vw_attribution *attribution, uint32_t image_
 
 static enum vw_status write_payouts(struct vw_attribution *attribution) {
     struct vw_csv_text table = {0}, of_photos = {0};
-    enum vw_status status = vw_table_make_payout(attribution->payout_path, &attribution->payouts, &table);
+    const struct vw_rows rows = vw_payout_rows(&attribution->payouts),
+                         photos = vw_photo_payout_rows(&attribution->payouts);
+    enum vw_status status = vw_rows_make_csv(attribution->payout_path, &rows, &table);
     status = vw_result_write_table(status, attribution->out, "payout.csv", &table, attribution->made);
     if (status) return status;
-    status = vw_table_make_payout_photos(attribution->payout_photos_path, &attribution->payouts, &of_photos);
+    status = vw_rows_make_csv(attribution->payout_photos_path, &photos, &of_photos);
     return vw_result_write_table(status, attribution->out, "payout_photos.csv", &of_photos, attribution->made);
 }
 
@@ -160,8 +162,8 @@ static enum vw_status make_duplicates(const struct vw_scene *scene, const struct
     free(found);
     if (status || !attribution->duplicate_count) return status;
     struct vw_csv_text table = {0};
-    status = vw_table_make_duplicates(attribution->duplicates_path, attribution->duplicates,
-                                      attribution->duplicate_count, &table);
+    const struct vw_rows rows = vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count);
+    status = vw_rows_make_csv(attribution->duplicates_path, &rows, &table);
     return vw_result_write_table(status, attribution->out, "duplicates.csv", &table, attribution->made);
 }
 

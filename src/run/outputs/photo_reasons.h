@@ -1,10 +1,9 @@
-// Why a photo may fit badly, in a word of report/told.h, by what can be measured without ground truth. A reason
+// Why a photo may fit badly, in a word of report/advice.h, by what can be measured without ground truth. A reason
 // explains advice and never changes it.
 #ifndef VIEWWORTH_RUN_OUTPUTS_PHOTO_REASONS_H
 #define VIEWWORTH_RUN_OUTPUTS_PHOTO_REASONS_H
 
 #include "image/image.h"
-#include "run/outputs/panes.h"
 #include "run/outputs/residuals.h"
 #include "viewworth/status.h"
 

@@ -2,10 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "base/hash.h"
-#include "base/json.h"
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "image/image.h"
@@ -104,41 +101,13 @@ static enum vw_status measure(struct measuring *measuring) {
     return status;
 }
 
-// ---- The file ------------------------------------------------------------------------------------------------------
-
-static char *to_text(const struct vw_scene *scene, const struct vw_reconstruction *reconstruction) {
-    char hash[VW_HASH_HEX_BYTES];
-    json_t *json = vw_reconstruction_to_json(reconstruction);
-    vw_hash_to_hex(scene->hash, hash);
-    vw_json_set(&json, "scene_hash", vw_json_string(hash));
-    char *text = vw_json_to_text(json, JSON_COMPACT);
-    json_decref(json);
-    return text;
-}
-
-enum vw_status vw_reconstruction_write(const struct vw_reconstruction_params *params, struct vw_checksums *made,
-                                       struct vw_reconstruction *reconstruction) {
+enum vw_status vw_reconstruction_measure(const struct vw_reconstruction_params *params,
+                                         struct vw_reconstruction *reconstruction) {
     struct measuring measuring = {.params = params};
     enum vw_status status =
         vw_scene_view_distances(params->scene, VW_SPLIT_VAL, &measuring.distances, &measuring.count);
     if (!status) status = measure(&measuring);
     free(measuring.distances);
-    if (status) return status;
-    *reconstruction = measuring.sums;
-    char *text = to_text(params->scene, reconstruction);
-    status = text ? vw_result_write(params->out, VW_RECONSTRUCTION_FILE, text, strlen(text), made)
-                  : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for " VW_RECONSTRUCTION_FILE, params->out);
-    free(text);
+    if (!status) *reconstruction = measuring.sums;
     return status;
-}
-
-enum vw_status vw_reconstruction_check(const char *path, json_t *json, const char *scene_hash, uint32_t image_count) {
-    static const char remedy[] = "remove it, or value the photos again";
-    const char *hash = json_string_value(json_object_get(json, "scene_hash"));
-    struct vw_reconstruction reconstruction;
-    if (!hash || strcmp(hash, scene_hash) != 0)
-        return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
-    const char *broken = vw_reconstruction_from_json(json, &reconstruction);
-    if (!broken && reconstruction.view_count > image_count) broken = "views";
-    return broken ? vw_fail(VW_ERROR_INPUT, "%s: %s: is not what the report needs; %s", path, broken, remedy) : VW_OK;
 }

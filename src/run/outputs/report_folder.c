@@ -8,131 +8,64 @@
 
 #include "base/file.h"
 #include "base/inside.h"
-#include "base/json.h"
 #include "base/memory.h"
-#include "report/told.h"
-#include "run/imported/imported_run.h"
+#include "report/advice.h"
 #include "run/out_lock.h"
-#include "run/outputs/checksums.h"
-#include "run/outputs/report_files.h"
-#include "run/outputs/report_thumbnails.h"
+#include "run/outputs/results_files.h"
+#include "run/outputs/thumbnails.h"
 #include "run/recorded/recorded_run.h"
 #include "run/scoring.h"
 #include "viewworth/log.h"
-#include "viewworth/version.h"
 
-// A run of the page, read from the ledger in its folder.
+// A run of the page, read from its folder.
 struct held_run {
     char *folder; // owned
     struct vw_recorded_run recorded;
-    struct vw_value_input input;
-    struct vw_ledger_score *scores;
-    uint32_t score_count;
-    struct vw_matrix matrix;
-    struct vw_view_evidence *views;
-    double *standard_errors;
-    const struct vw_report_picture *thumbnails; // lent by the sets
+    struct vw_ledger_score *scores; // owned, like the retrainings
     struct vw_ledger_retraining *retrainings;
-    uint32_t retraining_count;
-    struct vw_ranking_agreement agreement;
-    struct vw_run_texts texts;
-    char head[VW_HASH_HEX_BYTES];
+    struct vw_results results;
 };
 
 struct gathering {
     const struct vw_report_params *params;
-    const char *out;              // the folder that the report is written into; NULL: none of those that it shows
-    struct vw_checksums *in_hand; // notes what is read from there
-    bool verified;                // by the command, which has just made what is reported
-    bool listed;                  // there is a list, compared before the report is written
-    struct held_run *runs;        // owned array, like those below
+    bool verified;         // by the command, which has just made what is reported
+    struct held_run *runs; // owned
     size_t run_count, run_capacity;
-    struct vw_report_files files;
-    struct vw_report_sets sets;
+    struct vw_report_documents documents;
 };
 
 // ---- Runs ----------------------------------------------------------------------------------------------------------
 
-static enum vw_status read_matrix(struct held_run *run) {
-    enum vw_status status = vw_value_matrix(run->recorded.ledger, &run->input, &run->matrix);
-    if (status) return status;
-    run->views = vw_allocate(run->matrix.view_count, sizeof *run->views);
-    run->standard_errors = vw_allocate(run->matrix.photo_count, sizeof *run->standard_errors);
-    if (!run->views || !run->standard_errors) return VW_ERROR_MEMORY;
-    status = vw_ranking_agreement_measure(&run->input, &run->matrix, run->scores, run->score_count, &run->agreement);
-    if (status || !run->matrix.visit_count) return status;
-    return vw_matrix_jackknife(&run->matrix, run->views, run->standard_errors);
-}
-
 static enum vw_status read_run(struct held_run *run, bool verified) {
+    struct vw_results *results = &run->results;
     enum vw_status status = vw_recorded_open_unverified(run->folder, &run->recorded);
+    struct vw_ledger *ledger = run->recorded.ledger;
+    *results = (struct vw_results){.label = run->folder, .row = run->recorded.row};
     if (!status && !verified) status = vw_recorded_warn_unverified(&run->recorded, true);
-    if (!status) status = vw_scoring_load(run->recorded.ledger, &run->recorded.config, &run->input);
-    if (!status) status = vw_ledger_get_scores(run->recorded.ledger, &run->scores, &run->score_count);
-    if (!status) status = read_matrix(run);
-    if (!status) status = vw_ledger_get_retrainings(run->recorded.ledger, &run->retrainings, &run->retraining_count);
-    if (!status) vw_ledger_chain_head(run->recorded.ledger, run->head);
+    if (!status) status = vw_scoring_load(ledger, &run->recorded.config, &results->input);
+    if (!status) status = vw_ledger_get_scores(ledger, &run->scores, &results->score_count);
+    if (!status) status = vw_ledger_get_retrainings(ledger, &run->retrainings, &results->retraining_count);
+    results->scores = run->scores;
+    results->retrainings = run->retrainings;
+    if (!status) vw_ledger_chain_head(ledger, results->head);
     return status;
 }
 
-static struct vw_checksums *in_hand_of(const struct gathering *gathering, const char *folder) {
-    return gathering->out && !strcmp(gathering->out, folder) ? gathering->in_hand : NULL;
-}
-
-// Returns the table of near-duplicates that lies beside a run; NULL: none.
-static const char *duplicates_of(const struct gathering *gathering, const struct held_run *run) {
-    for (size_t i = 0; i < gathering->files.count; i++) {
-        const struct vw_report_document *document = &gathering->files.documents[i];
-        if (!strcmp(document->file, "duplicates.csv") && !strcmp(document->label, run->folder)) return document->json;
-    }
-    return NULL;
-}
-
-// Returns the view of a run that the page borrows.
-static struct vw_report_run run_of_page(const struct gathering *gathering, const struct held_run *run) {
-    return (struct vw_report_run){
-        .label = run->folder,
-        .row = &run->recorded.row,
-        .head = run->head,
-        .images = run->input.images,
-        .image_count = run->input.image_count,
-        .scores = run->scores,
-        .score_count = run->score_count,
-        .records = run->input.records,
-        .record_count = run->input.record_count,
-        .burn_in_epochs = run->input.burn_in_epochs,
-        .lasting = run->input.lasting,
-        .matrix = &run->matrix,
-        .views = run->views,
-        .standard_errors = run->standard_errors,
-        .retrainings = run->retrainings,
-        .retraining_count = run->retraining_count,
-        .thumbnails = run->thumbnails,
-        .agreement = &run->agreement,
-        .map_json = run->texts.map,
-        .residuals_json = run->texts.residuals,
-        .reconstruction_json = run->texts.reconstruction,
-        .next_json = run->texts.next,
-        .duplicates_json = duplicates_of(gathering, run),
-    };
-}
-
 static void close_run(struct held_run *run) {
-    vw_matrix_clear(&run->matrix);
-    vw_scoring_unload(&run->input);
+    vw_scoring_unload(&run->results.input);
+    vw_results_free(&run->results);
     vw_recorded_close(&run->recorded);
-    free(run->views);
-    free(run->standard_errors);
     free(run->scores);
     free(run->retrainings);
-    vw_run_texts_free(&run->texts);
     free(run->folder);
 }
 
 // Returns whether the report has the run already: several folders may contain it, or one may be named twice.
 static bool is_held(const struct gathering *gathering, const struct held_run *run) {
     for (const struct held_run *held = gathering->runs; held < run; held++)
-        if (!strcmp(held->recorded.row.run_id, run->recorded.row.run_id) && !strcmp(held->head, run->head)) return true;
+        if (!strcmp(held->results.row.run_id, run->results.row.run_id) &&
+            !strcmp(held->results.head, run->results.head))
+            return true;
     return false;
 }
 
@@ -144,10 +77,10 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
     run->folder = vw_copy_text(folder);
     status = run->folder ? read_run(run, gathering->verified) : VW_ERROR_MEMORY;
     if (status) return status;
-    if (!is_held(gathering, run))
-        return vw_report_files_of_run(run->folder, run->recorded.row.scene_hash, run->input.image_count,
-                                      gathering->params->options.no_thumbnails, in_hand_of(gathering, folder),
-                                      &run->texts);
+    if (!is_held(gathering, run)) {
+        status = vw_results_read_files(folder, gathering->params->options.no_thumbnails, &run->results);
+        return status ? status : vw_results_measure(run->recorded.ledger, &run->results);
+    }
     vw_log_info("%s: holds a run that the report has already", folder);
     close_run(run);
     *run = (struct held_run){0};
@@ -157,7 +90,7 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
 
 // Adds the run of a folder that has a ledger; `found` becomes true then.
 static enum vw_status add_run(struct gathering *gathering, const char *folder, bool *found) {
-    char *ledger_path = vw_path_join(folder, "ledger.db");
+    char *ledger_path = vw_path_join(folder, VW_LEDGER_FILE);
     if (!ledger_path) return VW_ERROR_MEMORY;
     bool held = vw_file_exists(ledger_path);
     free(ledger_path);
@@ -215,121 +148,35 @@ static bool is_repeated(const char *const *outs, uint32_t place) {
 
 static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     static const char remedy[] = "give a folder that value, compare, tradeoff or batch made";
-    size_t files = gathering->files.count;
+    size_t documents = gathering->documents.count;
     bool found = false;
     if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
     enum vw_status status = add_run(gathering, out, &found);
     if (!status) status = add_several(gathering, out, &found);
-    if (!status)
-        status = vw_report_files_add(&gathering->files, out, gathering->params->extra, in_hand_of(gathering, out));
-    if (!status && !found && gathering->files.count == files)
+    if (!status) status = vw_report_documents_read(&gathering->documents, out, gathering->params->extra);
+    if (!status && !found && gathering->documents.count == documents)
         status = vw_fail(VW_ERROR_INPUT, "%s: contains nothing to report; %s", out, remedy);
     return status;
 }
 
-// ---- Thumbnails ----------------------------------------------------------------------------------------------------
-
-static void lend_to_run(struct gathering *gathering, struct held_run *run) {
-    const struct vw_ledger_run *row = &run->recorded.row;
-    const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(row) ? NULL : row->scene_path,
-                                               row->scene_options_json, row->scene_hash};
-    run->thumbnails = vw_report_sets_of_run(&gathering->sets, gathering->params, &recorded, run->input.images,
-                                            run->input.image_count);
-}
-
-static enum vw_status lend_to_comparisons(struct gathering *gathering, const struct vw_report_run *runs) {
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < gathering->files.count && !status; i++) {
-        struct vw_report_document *document = &gathering->files.documents[i];
-        if (strcmp(document->kind, "compare") != 0) continue;
-        status =
-            vw_report_sets_of_comparison(&gathering->sets, gathering->params, runs, gathering->run_count, document);
-    }
-    return status;
-}
-
-// ---- The page ------------------------------------------------------------------------------------------------------
-
-static char *methods_to_json(void) {
-    uint32_t count;
-    const struct vw_value_method *methods = vw_value_methods(&count);
-    json_t *array = json_array();
-    for (uint32_t i = 0; i < count; i++)
-        vw_json_append(&array, json_pack("{s:s, s:s, s:s, s:b}", "name", methods[i].name, "unit", methods[i].unit,
-                                         "formula", methods[i].formula, "has_zero", methods[i].has_zero));
-    char *text = vw_json_to_text(array, JSON_COMPACT);
-    json_decref(array);
-    if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the report's methods");
-    return text;
-}
-
-// Writes advice.csv where the command has just made the scores: it says what the head of the page says.
-static enum vw_status write_advice(struct gathering *gathering, const struct vw_report_page *page) {
-    for (uint32_t i = 0; gathering->verified && i < page->run_count; i++) {
-        const struct vw_report_run *run = &page->runs[i];
-        if (strcmp(run->label, gathering->out) != 0 || !run->score_count) continue;
-        struct vw_csv_text table = {0};
-        enum vw_status status = vw_report_make_advice_csv(VW_ADVICE_FILE, run, &table);
-        return vw_result_write_table(status, gathering->out, VW_ADVICE_FILE, &table, gathering->in_hand);
+// Marks the photos that duplicates.csv of the run's folder names.
+static enum vw_status find_duplicated(const struct vw_report_documents *documents, struct vw_results *results) {
+    const struct vw_report_document *table = vw_report_documents_find(documents, results->label, "duplicates.csv");
+    const json_t *header = table ? json_object_get(table->content, "header") : NULL, *row;
+    size_t column = 0, i;
+    if (!table) return VW_OK;
+    results->duplicated = vw_allocate(results->input.image_count, sizeof *results->duplicated);
+    if (!results->duplicated) return VW_ERROR_MEMORY;
+    while (strcmp(json_string_value(json_array_get(header, column)), "name") != 0) column++; // it is there
+    json_array_foreach(json_object_get(table->content, "rows"), i, row) {
+        const char *name = json_string_value(json_array_get(row, column));
+        for (uint32_t image = 0; name && image < results->input.image_count; image++)
+            results->duplicated[image] |= strcmp(name, results->input.images[image].name) == 0;
     }
     return VW_OK;
 }
 
-static enum vw_status write_page(struct gathering *gathering, const char *to, char sha256[VW_HASH_HEX_BYTES]) {
-    struct vw_report_run *runs = vw_allocate(gathering->run_count, sizeof *runs);
-    char *methods_json = runs ? methods_to_json() : NULL;
-    enum vw_status status = methods_json ? VW_OK : VW_ERROR_MEMORY;
-    for (size_t i = 0; runs && i < gathering->run_count; i++) runs[i] = run_of_page(gathering, &gathering->runs[i]);
-    if (!status) status = lend_to_comparisons(gathering, runs);
-    const struct vw_report_page page = {.version = vw_version(),
-                                        .default_method = vw_value_default_method,
-                                        .methods_json = methods_json,
-                                        .runs = runs,
-                                        .run_count = (uint32_t)gathering->run_count,
-                                        .documents = gathering->files.documents,
-                                        .document_count = (uint32_t)gathering->files.count,
-                                        .extra = gathering->params->extra};
-    if (!status) status = write_advice(gathering, &page);
-    if (!status) status = vw_report_write_html(to, &page, sha256);
-    free(methods_json);
-    free(runs);
-    return status;
-}
-
-// Finds the run of the folder that the report is written into; NULL: it has none.
-static struct vw_ledger *ledger_of_out(const struct gathering *gathering) {
-    for (size_t i = 0; gathering->out && i < gathering->run_count; i++)
-        if (!strcmp(gathering->runs[i].folder, gathering->out)) return gathering->runs[i].recorded.ledger;
-    return NULL;
-}
-
-// Compares the list of the folder that the report is written into with all that it names but the report, before that
-// is replaced: the new list vouches for what the old one did, and for the report.
-static enum vw_status check_list(struct gathering *gathering, const char *name) {
-    struct vw_ledger *ledger = ledger_of_out(gathering);
-    struct vw_checksums_found found = {0};
-    if (!ledger) return VW_OK;
-    if (vw_checksums_find(gathering->in_hand, name) && strcmp(name, VW_REPORT_FILE) != 0)
-        return vw_fail(VW_ERROR_USAGE, "--to %s/%s: is a result of the run; name another file", gathering->out, name);
-    enum vw_status status = vw_checksums_check(gathering->out, ledger, VW_REPORT_FILE, gathering->in_hand, &found);
-    gathering->listed = found.present;
-    vw_checksums_found_free(&found);
-    return status;
-}
-
-static enum vw_status write_listed(struct gathering *gathering, const char *to) {
-    const char *slash = strrchr(to, '/'), *name = slash ? slash + 1 : to;
-    char sha256[VW_HASH_HEX_BYTES];
-    bool lists = gathering->out && !strcmp(name, VW_REPORT_FILE);
-    enum vw_status status = gathering->verified ? VW_OK : check_list(gathering, name);
-    if (!status) status = write_page(gathering, to, sha256);
-    if (!status && lists) status = vw_checksums_note_hash(gathering->in_hand, name, sha256);
-    if (status || !lists || !gathering->listed) return status;
-    return vw_checksums_write(gathering->out, ledger_of_out(gathering), gathering->in_hand);
-}
-
-// ---- Splits ---------------------------------------------------------------------------------------------------------
-// ----------------------------------------------------------------------------------------------------------
+// ---- Splits --------------------------------------------------------------------------------------------------------
 
 static bool judges(const struct vw_ledger_image *image) {
     return strcmp(image->split, "val") == 0 || strcmp(image->split, "test") == 0;
@@ -357,7 +204,7 @@ static void warn_of_splits(const struct gathering *gathering) {
         const struct held_run *run = &gathering->runs[i], *first = gathering->runs;
         while (first < run && (strcmp(first->recorded.row.scene_path, run->recorded.row.scene_path) || is_fold(first)))
             first++;
-        if (first < run && !is_fold(run) && splits_differ(&first->input, &run->input))
+        if (first < run && !is_fold(run) && splits_differ(&first->results.input, &run->results.input))
             vw_log_warning(
                 "%s: validates or tests on other photos or weights than %s, so their PSNR and scores cannot be "
                 "compared; value it again with --splits %s/" VW_SPLITS_FILE,
@@ -365,18 +212,81 @@ static void warn_of_splits(const struct gathering *gathering) {
     }
 }
 
-static enum vw_status write_report(struct gathering *gathering, const char *const *folders, uint32_t folder_count,
-                                   const char *to) {
+// ---- The page ------------------------------------------------------------------------------------------------------
+
+// Writes a page of runs, to which it lends thumbnails meanwhile, and documents.
+static enum vw_status write_page(struct vw_results **runs, size_t run_count, struct vw_report_documents *documents,
+                                 const struct vw_report_params *params, const char *to,
+                                 char sha256[VW_HASH_HEX_BYTES]) {
+    struct vw_report_sets sets = {0};
+    const struct vw_report_page page = {.runs = (const struct vw_results *const *)runs,
+                                        .run_count = (uint32_t)run_count,
+                                        .documents = documents->list,
+                                        .document_count = (uint32_t)documents->count,
+                                        .extra = params->extra};
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < run_count; i++) vw_report_sets_of_run(&sets, params, runs[i]);
+    for (size_t i = 0; i < documents->count && !status; i++)
+        if (strcmp(documents->list[i].kind, "compare") == 0)
+            status = vw_report_sets_of_comparison(&sets, params, page.runs, run_count, &documents->list[i]);
+    if (!status) status = vw_report_write_html(to, &page, sha256);
+    for (size_t i = 0; i < run_count; i++) runs[i]->thumbnails = NULL;
+    vw_report_sets_free(&sets);
+    return status;
+}
+
+static enum vw_status write_gathered(struct gathering *gathering, const char *to, char sha256[VW_HASH_HEX_BYTES]) {
+    struct vw_results **runs = vw_allocate(gathering->run_count, sizeof *runs);
+    enum vw_status status = runs ? VW_OK : VW_ERROR_MEMORY;
+    for (size_t i = 0; !status && i < gathering->run_count; i++) {
+        runs[i] = &gathering->runs[i].results;
+        status = find_duplicated(&gathering->documents, runs[i]);
+        if (!status) status = vw_results_advise(runs[i]);
+    }
+    if (!status) status = write_page(runs, gathering->run_count, &gathering->documents, gathering->params, to, sha256);
+    free(runs);
+    return status;
+}
+
+static enum vw_status gather(struct gathering *gathering, const char *const *folders, uint32_t folder_count) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < folder_count && !status; i++)
         if (!is_repeated(folders, i)) status = add_folder(gathering, folders[i]);
-    for (size_t i = 0; i < gathering->run_count && !status; i++) lend_to_run(gathering, &gathering->runs[i]);
     if (!status) warn_of_splits(gathering);
-    if (!status) status = write_listed(gathering, to);
+    return status;
+}
+
+static void free_gathering(struct gathering *gathering) {
     for (size_t i = 0; i < gathering->run_count; i++) close_run(&gathering->runs[i]);
     free(gathering->runs);
-    vw_report_files_free(&gathering->files);
-    vw_report_sets_free(&gathering->sets);
+    vw_report_documents_free(&gathering->documents);
+}
+
+// ---- A report of folders -------------------------------------------------------------------------------------------
+
+// Finds the run of the folder that the report is written into; NULL: it has none.
+static struct vw_ledger *find_ledger(const struct gathering *gathering, const char *out) {
+    for (size_t i = 0; out && i < gathering->run_count; i++)
+        if (!strcmp(gathering->runs[i].folder, out)) return gathering->runs[i].recorded.ledger;
+    return NULL;
+}
+
+// Writes into the folder `out` (NULL: into none of those that it shows). Before, it compares the list of that folder
+// with all that it names but the report: the new list vouches for what the old one did, and for the report.
+static enum vw_status write_listed(struct gathering *gathering, const char *out, const char *to) {
+    const char *slash = strrchr(to, '/'), *name = slash ? slash + 1 : to;
+    struct vw_ledger *ledger = find_ledger(gathering, out);
+    struct vw_checksums sums = {0};
+    struct vw_checksums_found found = {0};
+    char sha256[VW_HASH_HEX_BYTES];
+    bool replaces = !strcmp(name, VW_REPORT_FILE);
+    if (ledger && !replaces && vw_checksums_find(&sums, name))
+        return vw_fail(VW_ERROR_USAGE, "--to %s/%s: is a result of the run; name another file", out, name);
+    enum vw_status status = ledger ? vw_checksums_check(out, ledger, VW_REPORT_FILE, &sums, &found) : VW_OK;
+    if (!status) status = write_gathered(gathering, to, sha256);
+    if (!status && found.present && replaces) status = vw_checksums_note_hash(&sums, name, sha256);
+    if (!status && found.present && replaces) status = vw_checksums_write(out, ledger, &sums);
+    vw_checksums_found_free(&found);
     return status;
 }
 
@@ -384,27 +294,37 @@ enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count
                                const struct vw_report_params *params) {
     if (!folders || !folder_count || !to)
         return vw_fail(VW_ERROR_USAGE, "vw_report_write: folders or to is missing: name both");
-    struct vw_checksums in_hand = {0};
-    struct gathering gathering = {.params = params ? params : &(struct vw_report_params){0}, .in_hand = &in_hand};
+    struct gathering gathering = {.params = params ? params : &(struct vw_report_params){0}};
     struct vw_out_lock *lock = NULL;
     enum vw_status status = vw_out_lock_take_for(to, folders, folder_count, &lock);
-    gathering.out = lock ? vw_out_lock_folder(lock) : NULL;
-    if (!status) status = write_report(&gathering, folders, folder_count, to);
+    if (!status) status = gather(&gathering, folders, folder_count);
+    if (!status) status = write_listed(&gathering, lock ? vw_out_lock_folder(lock) : NULL, to);
+    free_gathering(&gathering);
     vw_out_lock_release(&lock);
     return status;
 }
 
-enum vw_status vw_report_folder_make(const char *out, const struct vw_report_params *params, struct vw_checksums *made,
-                                     char **path) {
-    struct gathering gathering = {.params = params, .out = out, .in_hand = made, .verified = true};
-    *path = vw_path_join(out, VW_REPORT_FILE);
-    return *path ? write_report(&gathering, &out, 1, *path) : VW_ERROR_MEMORY;
+// ---- Reports at the end of a command -------------------------------------------------------------------------------
+
+enum vw_status vw_report_of_run(struct vw_results *results, struct vw_report_documents *documents,
+                                const struct vw_report_params *params, struct vw_checksums *made, char **path) {
+    char sha256[VW_HASH_HEX_BYTES];
+    *path = vw_path_join(results->label, VW_REPORT_FILE);
+    enum vw_status status = *path ? vw_report_documents_read(documents, results->label, NULL) : VW_ERROR_MEMORY;
+    if (!status) status = write_page(&results, 1, documents, params, *path, sha256);
+    return status ? status : vw_checksums_note_hash(made, VW_REPORT_FILE, sha256);
 }
 
-char *vw_report_folder_finish(const char *out, const struct vw_report_params *params) {
-    struct vw_checksums made = {0};
-    char *path = NULL;
-    if (!vw_report_folder_make(out, params, &made, &path)) return path;
+char *vw_report_folder_finish(const char *out, const struct vw_report_params *params, const char *file,
+                              json_t *content) {
+    struct gathering gathering = {.params = params, .verified = true};
+    char *path = vw_path_join(out, VW_REPORT_FILE);
+    enum vw_status status = file ? vw_report_documents_take(&gathering.documents, out, file, content) : VW_OK;
+    if (!path) status = VW_ERROR_MEMORY;
+    if (!status) status = gather(&gathering, &out, 1);
+    if (!status) status = write_gathered(&gathering, path, NULL);
+    free_gathering(&gathering);
+    if (!status) return path;
     vw_log_warning("no report: %s; correct this, then run viewworth report %s", vw_error_message(), out);
     free(path);
     return NULL;

@@ -9,9 +9,70 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "image/image.h"
+#include "run/out_files.h"
 
-enum { PANES = 3 };
+enum { WIDEST = 4, PANES = 3 };
 #define FULL_ERROR 0.4f // white
+
+// ---- Panes ---------------------------------------------------------------------------------------------------------
+
+void vw_panes_choose_size(const struct vw_image *image, uint32_t height_px, uint32_t size_px[2]) {
+    size_px[1] = image->height_px < height_px ? image->height_px : height_px;
+    uint64_t width_px = (uint64_t)image->width_px * size_px[1] / image->height_px;
+    size_px[0] = width_px < 1 ? 1 : width_px > WIDEST * size_px[1] ? WIDEST * size_px[1] : (uint32_t)width_px;
+}
+
+static void read_photo(const struct vw_panes_params *params, uint32_t view, struct vw_panes *panes) {
+    const struct vw_view *of_view = &params->scene->views[view];
+    const struct vw_image *image = &of_view->image;
+    for (uint32_t y = 0, pixel = 0; y < panes->size_px[1]; y++)
+        for (uint32_t x = 0; x < panes->size_px[0]; x++, pixel++) {
+            uint32_t column = (uint32_t)((2 * (uint64_t)x + 1) * image->width_px / (2 * (uint64_t)panes->size_px[0])),
+                     row = (uint32_t)((2 * (uint64_t)y + 1) * image->height_px / (2 * (uint64_t)panes->size_px[1]));
+            float rgba[4];
+            vw_image_pixel(image, column, row, rgba);
+            float alpha = params->on_background ? rgba[3] : 1;
+            for (int c = 0; c < 3; c++)
+                panes->photo[3 * pixel + c] = alpha * rgba[c] + (1 - alpha) * params->scene->background[c];
+            panes->counts[pixel] = vw_view_keeps(of_view, column, row);
+        }
+}
+
+// Fits the gain and bias of a channel that bring the render nearest to the photo (least squares).
+static void fit_channel(struct vw_panes *panes, int channel) {
+    double n = 0, sum_r = 0, sum_p = 0, sum_rr = 0, sum_rp = 0;
+    uint32_t pixels = panes->size_px[0] * panes->size_px[1];
+    for (uint32_t i = 0; i < pixels; i++) {
+        double r = panes->render[3 * i + channel], p = panes->photo[3 * i + channel];
+        if (!panes->counts[i]) continue;
+        n++, sum_r += r, sum_p += p, sum_rr += r * r, sum_rp += r * p;
+    }
+    double variance = n * sum_rr - sum_r * sum_r, gain = variance > 0 ? (n * sum_rp - sum_r * sum_p) / variance : 1;
+    double bias = n > 0 ? (sum_p - gain * sum_r) / n : 0;
+    for (uint32_t i = 0; i < pixels; i++)
+        panes->render[3 * i + channel] = (float)(gain * panes->render[3 * i + channel] + bias);
+}
+
+enum vw_status vw_panes_make(const struct vw_panes_params *params, uint32_t view, uint32_t height_px,
+                             struct vw_panes *panes) {
+    vw_panes_choose_size(&params->scene->views[view].image, height_px, panes->size_px);
+    size_t pixels = (size_t)panes->size_px[0] * panes->size_px[1];
+    panes->photo = vw_allocate(pixels, 3 * sizeof *panes->photo);
+    panes->counts = vw_allocate(pixels, 1);
+    enum vw_status status = panes->photo && panes->counts
+                                ? vw_trainer_render_small(params->trainer, view, panes->size_px, &panes->render)
+                                : VW_ERROR_MEMORY;
+    if (!status) read_photo(params, view, panes);
+    for (int c = 0; c < 3 && !status && params->fitted; c++) fit_channel(panes, c);
+    return status;
+}
+
+void vw_panes_free(struct vw_panes *panes) {
+    free(panes->photo);
+    free(panes->render);
+    free(panes->counts);
+    *panes = (struct vw_panes){0};
+}
 
 // ---- Which photos --------------------------------------------------------------------------------------------------
 
@@ -126,7 +187,7 @@ static enum vw_status add_photo(const struct vw_residuals_params *params, struct
     candidate->place = json_array_size(*photos);
     json_t *photo = json_object();
     vw_json_set(&photo, "image", json_integer(candidate->view));
-    vw_json_set(&photo, "psnr", vw_json_real(psnr_db));
+    vw_json_set(&photo, "psnr", vw_json_rounded(psnr_db, VW_RESIDUALS_DIGITS));
     vw_json_set(&photo, "picture", vw_json_string(text));
     vw_json_append(photos, photo);
     free(text);
@@ -184,25 +245,25 @@ static enum vw_status add_photos(const struct vw_residuals_params *params, json_
     return status;
 }
 
-enum vw_status vw_residuals_write(const struct vw_residuals_params *params, struct vw_checksums *made) {
-    char hash[VW_HASH_HEX_BYTES], *text = NULL;
-    json_t *residuals = json_object(), *photos = json_array();
+json_t *vw_scene_hash_to_json(const struct vw_scene *scene) {
+    char hash[VW_HASH_HEX_BYTES];
+    vw_hash_to_hex(scene->hash, hash);
+    return json_string(hash);
+}
+
+enum vw_status vw_residuals_make(const struct vw_residuals_params *params, json_t **residuals) {
+    json_t *made = json_object(), *photos = json_array();
     enum vw_status status = add_photos(params, &photos);
-    vw_hash_to_hex(params->panes.scene->hash, hash);
-    vw_json_set(&residuals, "scene_hash", vw_json_string(hash));
-    vw_json_set(&residuals, "photos", photos);
-    if (!status) text = vw_json_to_text(residuals, JSON_COMPACT | JSON_REAL_PRECISION(6));
-    if (!status)
-        status = text ? vw_result_write(params->out, VW_RESIDUALS_FILE, text, strlen(text), made)
-                      : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for " VW_RESIDUALS_FILE, params->out);
-    json_decref(residuals);
-    free(text);
+    vw_json_set(&made, "scene_hash", vw_scene_hash_to_json(params->panes.scene));
+    vw_json_set(&made, "photos", photos);
+    *residuals = made;
     return status;
 }
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-static const char *find_broken(const json_t *photos, uint32_t image_count) {
+const char *vw_residuals_find_broken(const json_t *residuals, uint32_t image_count) {
+    const json_t *photos = json_object_get(residuals, "photos");
     if (!json_is_array(photos) || json_array_size(photos) > VW_RESIDUALS_MAX) return "photos";
     for (size_t i = 0; i < json_array_size(photos); i++) {
         const json_t *photo = json_array_get(photos, i), *image = json_object_get(photo, "image"),
@@ -213,13 +274,4 @@ static const char *find_broken(const json_t *photos, uint32_t image_count) {
         if (!vw_is_webp_text(json_string_value(json_object_get(photo, "picture")))) return "picture";
     }
     return NULL;
-}
-
-enum vw_status vw_residuals_check(const char *path, json_t *residuals, const char *scene_hash, uint32_t image_count) {
-    static const char remedy[] = "remove it, or value the photos again";
-    const char *hash = json_string_value(json_object_get(residuals, "scene_hash"));
-    if (!hash || strcmp(hash, scene_hash) != 0)
-        return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
-    const char *broken = find_broken(json_object_get(residuals, "photos"), image_count);
-    return broken ? vw_fail(VW_ERROR_INPUT, "%s: %s: is not what the report needs; %s", path, broken, remedy) : VW_OK;
 }

@@ -3,14 +3,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "base/memory.h"
+#include "report/advice.h"
+#include "report/tables.h"
 #include "run/out_files.h"
 #include "run/outputs/photo_reasons.h"
 #include "run/outputs/reconstruction.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
-#include "run/outputs/scene_map.h"
+#include "run/outputs/results_files.h"
 #include "scene/splits_file.h"
+#include "viewworth/log.h"
 
 enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made) {
     char *text = NULL;
@@ -31,19 +35,72 @@ enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, 
     return status;
 }
 
-static enum vw_status measure_reconstruction(const struct vw_run_outputs_params *params, struct vw_checksums *made,
-                                             struct vw_reconstruction *reconstruction) {
-    const struct vw_reconstruction_params of_scene = {
-        .scene = params->scene,
-        .trainer = params->trainer,
-        .rays = vw_residuals_rays(params->scoring, params->config),
-        .out = params->out,
-    };
-    return vw_reconstruction_write(&of_scene, made, reconstruction);
+// ---- Validation photos ---------------------------------------------------------------------------------------------
+
+static void warn_of_views(const struct vw_scene *scene, const struct vw_results *results) {
+    for (uint32_t v = 0; vw_results_have_matrix(results) && v < results->matrix.view_count; v++) {
+        const struct vw_view_evidence *view = &results->views[v];
+        const char *name = scene->views[view->image_id].name;
+        if (view->disagrees)
+            vw_log_warning("validation photo %s looks corrupted: it ranks the photos as no other does (correlation "
+                           "%.2f), and its PSNR ends at %.1f dB, below the others'; look at it, or leave it out by "
+                           "--val",
+                           name, view->agreement, view->end_psnr);
+        if (view->lone)
+            vw_log_info("validation photo %s probably sees what no other validation photo sees: it ranks the photos as "
+                        "no other does (correlation %.2f), but its PSNR of %.1f dB is ordinary; keep it",
+                        name, view->agreement, view->end_psnr);
+        if (view->stays_low)
+            vw_log_warning("validation photo %s looks corrupted: its PSNR ends at %.1f dB, far below the others'; look "
+                           "at it, or leave it "
+                           "out by --val",
+                           name, view->end_psnr);
+    }
 }
 
-// Writes pictures of the scene and the field, so that the report can be made again without them.
-static enum vw_status write_pictures(const struct vw_run_outputs_params *params, struct vw_checksums *made) {
+static void warn_of_distances(const struct vw_scene *scene, const struct vw_run_outputs *outputs) {
+    for (uint32_t i = 0; i < outputs->distance_count; i++) {
+        const struct vw_view_distance *distance = &outputs->distances[i];
+        if (distance->far)
+            vw_log_warning("validation photo %s is far from all training photos: %.1f times their distance from each "
+                           "other (the nearest, %s, looks %.0f degrees elsewhere); what it shows may be guesswork",
+                           scene->views[distance->view].name, distance->ratio, scene->views[distance->nearest].name,
+                           distance->angle_deg);
+    }
+}
+
+// Computes the matrix, how far the ranking depends on each validation photo, and which look wrong; writes matrix.csv.
+static enum vw_status judge_views(const struct vw_run_outputs_params *params, struct vw_checksums *made,
+                                  struct vw_run_outputs *outputs) {
+    struct vw_results *results = &outputs->results;
+    enum vw_status status = vw_results_measure(params->ledger, results);
+    if (!status)
+        status = vw_scene_view_distances(params->scene, VW_SPLIT_VAL, &outputs->distances, &outputs->distance_count);
+    if (!status && vw_results_have_matrix(results)) {
+        struct vw_csv_text table = {0};
+        outputs->matrix_path = vw_path_join(params->out, "matrix.csv");
+        if (!outputs->matrix_path) return VW_ERROR_MEMORY;
+        status = vw_table_make_matrix(outputs->matrix_path, &results->matrix, results->standard_errors,
+                                      results->input.images, results->input.image_count, &table);
+        status = vw_result_write_table(status, params->out, "matrix.csv", &table, made);
+    }
+    if (status) return status;
+    warn_of_views(params->scene, results);
+    warn_of_distances(params->scene, outputs);
+    uint32_t views = results->matrix.view_count;
+    if (views && views < VW_AGREEMENT_VIEWS_MIN)
+        vw_log_warning("%u validation photo%s the scores: one view may decide the ranking; name at least %d by --val",
+                       views, views == 1 ? " makes" : "s make", VW_AGREEMENT_VIEWS_MIN);
+    return VW_OK;
+}
+
+// ---- Scene and field -----------------------------------------------------------------------------------------------
+
+// Measures and pictures what a later report cannot, without scene and field, and writes it.
+static enum vw_status look_at_field(const struct vw_run_outputs_params *params, struct vw_checksums *made,
+                                    struct vw_results *results) {
+    const struct vw_reconstruction_params reconstruction = {
+        .scene = params->scene, .trainer = params->trainer, .rays = vw_residuals_rays(params->scoring, params->config)};
     const struct vw_residuals_params residuals = {
         .panes = {.scene = params->scene,
                   .trainer = params->trainer,
@@ -51,34 +108,102 @@ static enum vw_status write_pictures(const struct vw_run_outputs_params *params,
                   .fitted = vw_effects_fit_views(params->effects, params->effect_count)},
         .scoring = params->scoring,
         .config = params->config,
-        .out = params->out,
     };
-    const char **reasons = vw_allocate(params->scene->view_count, sizeof *reasons);
-    enum vw_status status = reasons ? vw_photo_reasons_find(&residuals, reasons) : VW_ERROR_MEMORY;
-    if (!status) status = vw_scene_map_write(params->scene, reasons, params->out, made);
-    free(reasons);
-    return status || params->report.options.no_thumbnails ? status : vw_residuals_write(&residuals, made);
+    results->reasons = vw_allocate(params->scene->view_count, sizeof *results->reasons);
+    if (!results->reasons) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_reconstruction_measure(&reconstruction, &results->reconstruction);
+    if (!status) status = vw_photo_reasons_find(&residuals, results->reasons);
+    if (!status) results->map = vw_scene_map_make(params->scene, results->reasons);
+    if (!status && !params->report.options.no_thumbnails) status = vw_residuals_make(&residuals, &results->residuals);
+    return status ? status : vw_results_write_files(results, params->scene, params->out, made);
+}
+
+// ---- Advice and report ---------------------------------------------------------------------------------------------
+
+static enum vw_status write_advice(const struct vw_results *results, const char *out, struct vw_checksums *made) {
+    struct vw_csv_text table = {0};
+    const struct vw_rows rows = vw_advice_rows(&results->advice);
+    if (!results->score_count) return VW_OK;
+    enum vw_status status = vw_rows_make_csv(VW_ADVICE_FILE, &rows, &table);
+    return vw_result_write_table(status, out, VW_ADVICE_FILE, &table, made);
+}
+
+static enum vw_status find_duplicated(const struct vw_attribution *attribution, struct vw_results *results) {
+    results->duplicated = vw_allocate(results->input.image_count, sizeof *results->duplicated);
+    for (uint32_t i = 0; results->duplicated && i < attribution->duplicate_count; i++)
+        results->duplicated[attribution->duplicates[i].image - attribution->images] = true;
+    return results->duplicated ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// Adds the tables that were written to the documents of the page.
+static enum vw_status list_tables(const struct vw_attribution *attribution, struct vw_report_documents *documents) {
+    const struct {
+        const char *name;
+        struct vw_rows rows;
+        bool there;
+    } tables[] = {
+        {"providers.csv", vw_provider_rows(attribution->groups, attribution->group_count), attribution->group_count},
+        {"payout.csv", vw_payout_rows(&attribution->payouts), attribution->outcome == VW_PAYOUT_PAID},
+        {"duplicates.csv", vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count),
+         attribution->duplicate_count},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(tables); i++)
+        if (tables[i].there)
+            status = vw_report_documents_take(documents, attribution->out, tables[i].name,
+                                              vw_rows_to_texts(&tables[i].rows));
+    return status;
+}
+
+static enum vw_status write_report(const struct vw_run_outputs_params *params, struct vw_checksums *made,
+                                   struct vw_run_outputs *outputs) {
+    struct vw_report_documents documents = {0};
+    struct vw_report_params report = params->report;
+    report.scene = params->scene;
+    enum vw_status status = vw_results_read_next(params->out, params->report.options.no_thumbnails, &outputs->results);
+    if (!status) status = list_tables(&outputs->attribution, &documents);
+    if (!status) status = vw_report_of_run(&outputs->results, &documents, &report, made, &outputs->report_path);
+    vw_report_documents_free(&documents);
+    if (!status) return VW_OK;
+    return vw_fail(VW_ERROR_IO, "no report: %s; correct this, then repeat the command", vw_error_message());
+}
+
+// ---- All of it -----------------------------------------------------------------------------------------------------
+
+static enum vw_status begin(const struct vw_run_outputs_params *params, struct vw_results *results) {
+    const struct vw_scoring *scoring = params->scoring;
+    *results = (struct vw_results){.label = params->out,
+                                   .input = scoring->input,
+                                   .scores = scoring->scores,
+                                   .score_count = scoring->score_count,
+                                   .retrainings = scoring->retrainings,
+                                   .retraining_count = scoring->retraining_count};
+    vw_ledger_chain_head(params->ledger, results->head); // which a payout has changed
+    return vw_ledger_get_run(params->ledger, &results->row);
 }
 
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
                                    struct vw_run_outputs *outputs) {
+    struct vw_results *results = &outputs->results;
     enum vw_status status = vw_attribution_make(params->scene, params->ledger, params->scoring, params->out,
                                                 params->payout, made, &outputs->attribution);
-    if (!status)
-        status = vw_validation_views_make(params->scene, params->ledger, params->scoring, params->out, made,
-                                          &outputs->validation);
+    if (!status) status = begin(params, results);
+    if (!status) status = judge_views(params, made, outputs);
     if (!status) status = vw_run_splits_write(params->scene, params->out, made);
-    if (!status) status = measure_reconstruction(params, made, &outputs->reconstruction);
-    if (!status) status = write_pictures(params, made);
+    if (!status) status = look_at_field(params, made, results);
+    if (!status) status = find_duplicated(&outputs->attribution, results);
+    if (!status) status = vw_results_advise(results);
+    if (!status) status = write_advice(results, params->out, made);
     if (!status) status = vw_run_splats_write(params->trainer, params->out, made, &outputs->has_splats);
     if (status) return status;
     vw_checksums_note_rest_absent(made);
-    if (!vw_report_folder_make(params->out, &params->report, made, &outputs->report_path)) return VW_OK;
-    return vw_fail(VW_ERROR_IO, "no report: %s; correct this, then repeat the command", vw_error_message());
+    return write_report(params, made, outputs);
 }
 
 void vw_run_outputs_free(struct vw_run_outputs *outputs) {
     vw_attribution_free(&outputs->attribution);
-    vw_validation_views_free(&outputs->validation);
+    vw_results_free(&outputs->results);
+    free(outputs->distances);
+    free(outputs->matrix_path);
     free(outputs->report_path);
 }

@@ -6,11 +6,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "report/results.h"
 #include "run/outputs/attribution.h"
 #include "run/outputs/checksums.h"
-#include "run/outputs/validation_views.h"
+#include "scene/view_distance.h"
 #include "train/trainer.h"
-#include "value/verdict.h"
 #include "viewworth/report.h"
 
 // All borrowed for the call.
@@ -30,8 +30,10 @@ struct vw_run_outputs_params {
 // Owned; freed by vw_run_outputs_free().
 struct vw_run_outputs {
     struct vw_attribution attribution;
-    struct vw_validation_views validation;
-    struct vw_reconstruction reconstruction;
+    struct vw_results results;          // borrows from ledger and scoring
+    struct vw_view_distance *distances; // distances of validation photos from the train photos
+    uint32_t distance_count;
+    char *matrix_path; // NULL: no validated steps after burn-in
     char *report_path;
     bool has_splats; // field.ply is there
 };
@@ -43,7 +45,8 @@ enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, 
 enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made);
 // Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, reconstruction.json,
 // splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats, and
-// report.html; notes them in `made`. Fails at the first that cannot be made. Free the outputs also after a failure.
+// report.html; notes them in `made`. Warns of validation photos that look corrupted or lie far from every train photo.
+// Fails at the first that cannot be made. Free the outputs also after a failure.
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
                                    struct vw_run_outputs *outputs);
 void vw_run_outputs_free(struct vw_run_outputs *outputs);

@@ -8,7 +8,6 @@
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/memory.h"
-#include "report/page.h"
 #include "report/tables.h"
 #include "run/outputs/attribution.h"
 #include "run/scoring.h"
@@ -156,7 +155,8 @@ static enum vw_status make_groups(const struct vw_table_sources *sources, const 
     enum vw_status status = vw_providers_score(sources->scores, sources->score_count, worth->images, worth->image_count,
                                                &groups, &group_count);
     if (!status) status = vw_worth_add_joint(worth, &groups, &group_count);
-    if (!status && group_count > 0) status = vw_table_make_providers(path, groups, group_count, &derived->made);
+    const struct vw_rows rows = vw_provider_rows(groups, group_count);
+    if (!status && group_count > 0) status = vw_rows_make_csv(path, &rows, &derived->made);
     free(groups);
     return status;
 }
@@ -202,9 +202,8 @@ static enum vw_status make_payouts(const struct vw_table_sources *sources, const
                                           .floor_equal = request.floor_equal};
     status = vw_payouts_make(&input, &payouts);
     if (!status) status = check_paid(path, &input, &payouts, &request);
-    if (!status)
-        status = of_photos ? vw_table_make_payout_photos(path, &payouts, &derived->made)
-                           : vw_table_make_payout(path, &payouts, &derived->made);
+    const struct vw_rows rows = of_photos ? vw_photo_payout_rows(&payouts) : vw_payout_rows(&payouts);
+    if (!status) status = vw_rows_make_csv(path, &rows, &derived->made);
     derived->tolerance = CENT + SAME * (double)input.amount_cents / 100;
     derived->first_number = FIRST_END;
     derived->last_number = FIRST_END + 1;

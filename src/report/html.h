@@ -1,6 +1,16 @@
-// The files of the page, as the build put them into the program (src/report/embed.cmake).
-#ifndef VIEWWORTH_REPORT_HTML_PARTS_H
-#define VIEWWORTH_REPORT_HTML_PARTS_H
+// The inside of the page: its data, and its files, which the build put into the program (src/report/embed.cmake).
+#ifndef VIEWWORTH_REPORT_HTML_H
+#define VIEWWORTH_REPORT_HTML_H
+
+#include <jansson.h>
+
+#include "report/page.h"
+
+// Returns {version, default_method, methods, thumbnail_sets: [[data URI or null by image]], runs: [{label, run, config,
+// scene_options, effects, images, thumbnails: place of its set or null, scores, steps, matrix}], documents: [{kind,
+// label, file, content, pictures}]}. Rows of images, scores and steps lie in columns: an array per field. The caller
+// drops the reference.
+enum vw_status vw_html_data_make(const struct vw_report_page *page, json_t **data);
 
 // report.html: {{policy}}, {{style}}, {{chart}}, {{widgets}}, {{script}}, {{tradeoff}}, {{photos}},
 // {{scores}}, {{tables}}, {{extra}} and {{data}} stand for the rest

@@ -1,0 +1,195 @@
+#include "run/outputs/results_files.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/inside.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "report/advice.h"
+#include "run/next/next.h"
+#include "run/out_files.h"
+#include "run/outputs/residuals.h"
+
+enum { LIMIT_BYTES = 16 << 20 };
+
+// ---- The map -------------------------------------------------------------------------------------------------------
+
+static json_t *real(double value) { return vw_json_rounded(value, VW_SCENE_MAP_DIGITS); }
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+static void append_column(json_t **array, const struct vw_view *view, int column, double factor) {
+    for (int row = 0; row < 3; row++) vw_json_append(array, real(factor * view->camera_to_world[row][column]));
+}
+
+static json_t *up_of(const struct vw_scene *scene) {
+    double sum[3] = {0}, squares = 0;
+    json_t *up = json_array();
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        for (int row = 0; row < 3; row++) sum[row] += scene->views[v].camera_to_world[row][1];
+    for (int row = 0; row < 3; row++) squares += sum[row] * sum[row];
+    for (int row = 0; row < 3; row++) vw_json_append(&up, real(squares > 0 ? sum[row] / sqrt(squares) : row == 2));
+    return up;
+}
+
+static json_t *points_of(const struct vw_scene *scene) {
+    json_t *points = json_array();
+    uint64_t count = scene->point_count < VW_SCENE_MAP_POINTS_MAX ? scene->point_count : VW_SCENE_MAP_POINTS_MAX;
+    for (uint64_t i = 0; i < count; i++) {
+        const struct vw_point *point = &scene->points[i * scene->point_count / count];
+        for (int axis = 0; axis < 3; axis++) vw_json_append(&points, real(point->position_world[axis]));
+    }
+    return points;
+}
+
+static json_t *reasons_to_json(const char *const *reasons, uint32_t count) {
+    json_t *array = json_array();
+    for (uint32_t v = 0; v < count; v++) vw_json_append(&array, reasons[v] ? vw_json_string(reasons[v]) : json_null());
+    return array;
+}
+
+json_t *vw_scene_map_make(const struct vw_scene *scene, const char *const *reasons) {
+    json_t *map = json_object(), *positions = json_array(), *directions = json_array();
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        append_column(&positions, &scene->views[v], 3, 1);
+        append_column(&directions, &scene->views[v], 2, -1); // cameras look along -z
+    }
+    vw_json_set(&map, "scene_hash", vw_scene_hash_to_json(scene));
+    vw_json_set(&map, "up", up_of(scene));
+    vw_json_set(&map, "positions", positions);
+    vw_json_set(&map, "directions", directions);
+    vw_json_set(&map, "points", points_of(scene));
+    vw_json_set(&map, "reasons", reasons_to_json(reasons, scene->view_count));
+    return map;
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+// Writes a value with so many digits; 0: all that its numbers have.
+static enum vw_status write_json(const char *out, const char *name, const json_t *value, unsigned digits,
+                                 struct vw_checksums *made) {
+    char *text = vw_json_to_text(value, JSON_COMPACT | JSON_REAL_PRECISION(digits));
+    enum vw_status status = text ? vw_result_write(out, name, text, strlen(text), made)
+                                 : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for %s", out, name);
+    free(text);
+    return status;
+}
+
+enum vw_status vw_results_write_files(const struct vw_results *results, const struct vw_scene *scene, const char *out,
+                                      struct vw_checksums *made) {
+    json_t *reconstruction = vw_reconstruction_to_json(&results->reconstruction);
+    vw_json_set(&reconstruction, "scene_hash", vw_scene_hash_to_json(scene));
+    enum vw_status status = write_json(out, VW_RECONSTRUCTION_FILE, reconstruction, 0, made);
+    json_decref(reconstruction);
+    if (!status) status = write_json(out, VW_SCENE_MAP_FILE, results->map, VW_SCENE_MAP_DIGITS, made);
+    if (status || !results->residuals) return status;
+    return write_json(out, VW_RESIDUALS_FILE, results->residuals, VW_RESIDUALS_DIGITS, made);
+}
+
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+// Reads a file, if it is there. The caller drops the reference, also after a failure.
+static enum vw_status read_json(const char *out, const char *name, json_t **value) {
+    json_error_t error;
+    void *text = NULL;
+    size_t size_bytes = 0;
+    if (!vw_file_exists_inside(out, name)) return vw_file_check_inside(out, name);
+    enum vw_status status = vw_file_read_inside(out, name, LIMIT_BYTES, &text, &size_bytes);
+    if (!status && !(*value = vw_json_load(text, size_bytes, 0, &error)))
+        status = vw_fail(VW_ERROR_INPUT, "%s/%s: line %d: %s", out, name, error.line, error.text);
+    free(text);
+    return status;
+}
+
+// Refuses what is of another scene, or has the key `broken` (NULL: none). A file that is not there is neither.
+static enum vw_status check(const char *out, const char *name, const json_t *value, const struct vw_results *results,
+                            const char *broken) {
+    static const char remedy[] = "remove it, or value the photos again";
+    const char *hash = json_string_value(json_object_get(value, "scene_hash"));
+    if (!value) return VW_OK;
+    if (!hash || strcmp(hash, results->row.scene_hash) != 0)
+        return vw_fail(VW_ERROR_INPUT, "%s/%s: is of another scene than the ledger; %s", out, name, remedy);
+    if (!broken) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s/%s: %s: is not what the ledger's photos need; %s", out, name, broken, remedy);
+}
+
+// Returns whether a list has `count` triples of numbers; null means a number that is not finite.
+static bool has_triples(const json_t *map, const char *key, size_t count) {
+    const json_t *array = json_object_get(map, key);
+    bool fits = json_is_array(array) && json_array_size(array) == 3 * count;
+    for (size_t i = 0; fits && i < 3 * count; i++) {
+        const json_t *number = json_array_get(array, i);
+        fits = json_is_number(number) || json_is_null(number);
+    }
+    return fits;
+}
+
+// Returns whether each image has a word that advice knows, or none. A map of an earlier version has no list.
+static bool has_reasons(const json_t *array, size_t count) {
+    bool fits = !array || (json_is_array(array) && json_array_size(array) == count);
+    for (size_t i = 0; fits && i < json_array_size(array); i++) {
+        const json_t *reason = json_array_get(array, i);
+        fits = json_is_null(reason) || vw_advice_known_reason(json_string_value(reason));
+    }
+    return fits;
+}
+
+// Returns the key that is not as in a map of `image_count` images; NULL: none.
+static const char *find_broken(const json_t *map, uint32_t image_count) {
+    size_t point_count = json_array_size(json_object_get(map, "points")) / 3;
+    if (!has_triples(map, "up", 1)) return "up";
+    if (!has_triples(map, "positions", image_count)) return "positions";
+    if (!has_triples(map, "directions", image_count)) return "directions";
+    if (point_count > VW_SCENE_MAP_POINTS_MAX || !has_triples(map, "points", point_count)) return "points";
+    return has_reasons(json_object_get(map, "reasons"), image_count) ? NULL : "reasons";
+}
+
+static enum vw_status read_reconstruction(const char *out, struct vw_results *results) {
+    json_t *json = NULL;
+    struct vw_reconstruction *read = &results->reconstruction;
+    enum vw_status status = read_json(out, VW_RECONSTRUCTION_FILE, &json);
+    const char *broken = json ? vw_reconstruction_from_json(json, read) : NULL;
+    if (json && !broken && read->view_count > results->input.image_count) broken = "views";
+    if (!status) status = check(out, VW_RECONSTRUCTION_FILE, json, results, broken);
+    if (!json || status) *read = vw_reconstruction_unknown;
+    json_decref(json);
+    return status;
+}
+
+// Reads the reasons of photos from the checked map.
+static enum vw_status read_reasons(struct vw_results *results) {
+    const json_t *reasons = json_object_get(results->map, "reasons");
+    results->reasons = vw_allocate(results->input.image_count, sizeof *results->reasons);
+    for (uint32_t i = 0; results->reasons && i < results->input.image_count; i++)
+        results->reasons[i] = vw_advice_known_reason(json_string_value(json_array_get(reasons, i)));
+    return results->reasons ? VW_OK : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_results_read_next(const char *out, bool no_photos, struct vw_results *results) {
+    enum vw_status status = read_json(out, VW_NEXT_FILE, &results->next);
+    char *path = vw_path_join(out, VW_NEXT_FILE);
+    if (!status && results->next)
+        status = path ? vw_proposals_check(path, results->next, results->row.scene_hash, results->input.image_count)
+                      : VW_ERROR_MEMORY;
+    if (no_photos) json_object_del(results->next, "pictures");
+    free(path);
+    return status;
+}
+
+enum vw_status vw_results_read_files(const char *out, bool no_photos, struct vw_results *results) {
+    uint32_t count = results->input.image_count;
+    enum vw_status status = read_json(out, VW_SCENE_MAP_FILE, &results->map);
+    if (!status) status = check(out, VW_SCENE_MAP_FILE, results->map, results, find_broken(results->map, count));
+    if (!status) status = read_reasons(results);
+    if (!status) status = read_reconstruction(out, results);
+    if (!status) status = vw_results_read_next(out, no_photos, results);
+    if (status || no_photos) return status;
+    status = read_json(out, VW_RESIDUALS_FILE, &results->residuals);
+    return status ? status
+                  : check(out, VW_RESIDUALS_FILE, results->residuals, results,
+                          vw_residuals_find_broken(results->residuals, count));
+}
