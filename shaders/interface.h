@@ -39,7 +39,7 @@ typedef struct vw_adam vw_adam;
     X(12, GRID_TEXEL, grid_texel, uint, 1)       /* 1: the grid is gathered through a texel buffer, 0: storage buffer */ \
     X(13, ROWS_TEXEL, rows_texel, uint, 1)       /* likewise both kinds of activation rows */ \
     X(14, EFFECT_APPEARANCE_CODE, effect_appearance_code, uint, 0) \
-    X(15, EFFECT_OCCUPANCY, effect_occupancy, uint, 0) \
+    X(15, RAY_LANES, ray_lanes, uint, 1)         /* that share a ray and its samples: 1 to 32, a power of two */ \
     X(16, EFFECT_DISTORTION, effect_distortion, uint, 0) /* DISTORTION_* */ \
     X(17, EFFECT_BACKGROUND, effect_background, uint, 0) /* BACKGROUND_NONE, _FIXED or _RANDOM */ \
     X(18, BACKGROUND_RED, background_red, float, 0.0) \
@@ -73,8 +73,7 @@ typedef struct vw_adam vw_adam;
     X(88, EFFECT_APPEARANCE_ENCODER, effect_appearance_encoder, uint, 0) \
     X(89, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */ \
     X(90, SLICE_PARTS, slice_parts, uint, 1)       /* lanes of gradient_weights that share a slice: 1 to 64, a power of two */ \
-    X(91, EFFECT_UNCERTAINTY, effect_uncertainty, uint, 0) \
-    X(92, RAY_LANES, ray_lanes, uint, 1)           /* that share a ray and its samples: 1 to 32, a power of two */
+    X(91, EFFECT_UNCERTAINTY, effect_uncertainty, uint, 0)
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
@@ -102,7 +101,7 @@ VW_SPECIALIZATION(VW_DECLARE_CONSTANT)
 #define uint uint32_t
 struct vw_specialization {
     uint samples, levels, feature_pairs, dense_levels, table_mask, width4, training, chunk_samples, loss, optimizer, momentum,
-        wide_gradient, grid_texel, rows_texel, effect_appearance_code, effect_occupancy, effect_distortion, effect_background;
+        wide_gradient, grid_texel, rows_texel, effect_appearance_code, ray_lanes, effect_distortion, effect_background;
     float background_red, background_green, background_blue;
     float learning_rate, beta1, beta2; // no constants: passes take them as vw_adam
     float gradient_quantum, gradient_clamp, inverse_rays;
@@ -120,7 +119,6 @@ struct vw_specialization {
     uint effect_appearance_encoder, encoder_column;
     uint slice_parts;
     uint effect_uncertainty;
-    uint ray_lanes;
 };
 // Word i of the struct is constant i, of the type declared above, if there is one.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -158,15 +156,14 @@ VW_ENUM(APPEARANCE_FITTED, 2) // by fit_photo at every visit
 VW_ENUM(RANDOM_PIXEL, 2)
 VW_ENUM(RANDOM_JITTER, 3)
 VW_ENUM(RANDOM_BACKGROUND, 6)
-VW_ENUM(RANDOM_OCCUPANCY, 7)
 VW_ENUM(RANDOM_IMPORTANCE, 9)
 
 // ---- Binding slots (descriptor set 0) --------------------------------------------------------------------------------
 VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
 VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host or by draw_pixels
 VW_ENUM(VW_SLOT_RAYS, 2)             // vw_ray per ray
-VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair, or two halves in a uint: a range of the params
-VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F or RG16F texels
+VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair: a range of the params
+VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F texels
 VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks (mlp.glsl, src/train/fields/mlp.h), then those of effects
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
@@ -200,80 +197,76 @@ VW_ENUM(VW_SLOT_CODES, 34)           // vec4 [view][CODE4]: a range of the param
 VW_ENUM(VW_SLOT_CODE_SHIFT, 35)      // float per hidden unit: code weights times the code of the step's photo
 VW_ENUM(VW_SLOT_CODE_WEIGHT_MOMENTS, 36) // vec4 moment1 then vec4 moment2 per vec4 of the code weights
 VW_ENUM(VW_SLOT_CODE_MOMENTS, 37)    // vw_code_moments per view
-VW_ENUM(VW_SLOT_OCCUPANCY, 38)      // float per cell: its density of late, see occupancy.glsl; this and the next four only with that effect
-VW_ENUM(VW_SLOT_KEPT_BITS, 39)      // uint [ray of the chunk][VW_KEPT_WORDS(SAMPLES)]: which of its samples are kept
-VW_ENUM(VW_SLOT_KEPT_BEGINS, 40)    // uint per ray of the chunk and one more: its first slot, after how many it keeps
-VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: its sample of the chunk. With importance samples: places as bits of floats
-VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
-VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 43) // VW_SLOT_GRID_ROWS as RGBA32F texels
-VW_ENUM(VW_SLOT_OVERFLOW, 44)     // uint, not 0 where a param would not be finite; one per pass, VW_OVERFLOW_STRIDE apart
+VW_ENUM(VW_SLOT_PLACES, 38)         // float per sample of a chunk: its place, only with importance samples
+VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 39) // VW_SLOT_GRID_ROWS as RGBA32F texels
+VW_ENUM(VW_SLOT_OVERFLOW, 40)     // uint, not 0 where a param would not be finite; one per pass, VW_OVERFLOW_STRIDE apart
 // The rest only in the adjoint (src/train/adjoint/). A block has a float for every param, laid out as the params are.
-VW_ENUM(VW_SLOT_GATHERED, 45)        // a range of a block: what gather_* writes or adds to
-VW_ENUM(VW_SLOT_PARAMS, 46)          // the params as one block
-VW_ENUM(VW_SLOT_PARAMS_BEFORE, 47)   // block: the params before a step
-VW_ENUM(VW_SLOT_PARAMS_AFTER, 48)    // block: and after it
-VW_ENUM(VW_SLOT_STEP_GRADIENT, 49)   // block: gradient of the step's mean loss
-VW_ENUM(VW_SLOT_STEP_MOMENT, 50)     // block: first moment after the step, only with momentum
-VW_ENUM(VW_SLOT_ADJOINT, 51)         // block: lambda
-VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 52)  // block: the adjoint of the first moments, only with momentum
-VW_ENUM(VW_SLOT_DIRECTION, 53)       // block: along which colours are differentiated; overwritten
-VW_ENUM(VW_SLOT_ADJOINT_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoint or multiply_blocks
-VW_ENUM(VW_SLOT_ADJOINT_STATE, 55)     // vw_adjoint_state
-VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction, or of the picture of the consistency loss
-VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
-VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its rays that it is fitted on
+VW_ENUM(VW_SLOT_GATHERED, 41)        // a range of a block: what gather_* writes or adds to
+VW_ENUM(VW_SLOT_PARAMS, 42)          // the params as one block
+VW_ENUM(VW_SLOT_PARAMS_BEFORE, 43)   // block: the params before a step
+VW_ENUM(VW_SLOT_PARAMS_AFTER, 44)    // block: and after it
+VW_ENUM(VW_SLOT_STEP_GRADIENT, 45)   // block: gradient of the step's mean loss
+VW_ENUM(VW_SLOT_STEP_MOMENT, 46)     // block: first moment after the step, only with momentum
+VW_ENUM(VW_SLOT_ADJOINT, 47)         // block: lambda
+VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 48)  // block: the adjoint of the first moments, only with momentum
+VW_ENUM(VW_SLOT_DIRECTION, 49)       // block: along which colours are differentiated; overwritten
+VW_ENUM(VW_SLOT_ADJOINT_SUMS, 50)      // vec4 pairs: partial sums of direct_adjoint or multiply_blocks
+VW_ENUM(VW_SLOT_ADJOINT_STATE, 51)     // vw_adjoint_state
+VW_ENUM(VW_SLOT_SEEN_AHEAD, 52)      // vec4 per ray: colours seen ahead along the direction, or of the picture of the consistency loss
+VW_ENUM(VW_SLOT_GATHERED_CODES, 53)  // gather_code's second range, of the codes
+VW_ENUM(VW_SLOT_FIT_VIEWS, 54)       // vw_ray_range per validation view: its rays that it is fitted on
 // The next four only with the field mlp or the effect transient: rows of one chunk at VW_ROW_PLACE, four floats each.
-VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // inputs and outputs of layers
-VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 60)   // the same as RGBA32F texels
-VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the backward pass is at
-VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 62) // likewise
+VW_ENUM(VW_SLOT_LAYER_ROWS, 55)         // inputs and outputs of layers
+VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 56)   // the same as RGBA32F texels
+VW_ENUM(VW_SLOT_D_LAYER_ROWS, 57)       // gradients by it, of the layers that the backward pass is at
+VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 58) // likewise
 // The rest only with the effect visibility, see visibility.glsl; the first and the last also with uncertainty.
-VW_ENUM(VW_SLOT_VISIBILITY, 63)          // vec2 per ray: how visible or certain it is, and the gradient by that; overwritten
-VW_ENUM(VW_SLOT_PHOTO_SCALES, 64)        // vec2 per view: 2 / width and 2 / height in px
-VW_ENUM(VW_SLOT_VISIBILITY_CODES, 65)    // vec4 [view][VISIBILITY_CODE4]: a range of the params
-VW_ENUM(VW_SLOT_VISIBILITY_MOMENTS, 66)  // vw_visibility_moments per view
-VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 67) // vec4 [VISIBILITY_GROUP rays][columns of the network]: shares of its gradient; overwritten
+VW_ENUM(VW_SLOT_VISIBILITY, 59)          // vec2 per ray: how visible or certain it is, and the gradient by that; overwritten
+VW_ENUM(VW_SLOT_PHOTO_SCALES, 60)        // vec2 per view: 2 / width and 2 / height in px
+VW_ENUM(VW_SLOT_VISIBILITY_CODES, 61)    // vec4 [view][VISIBILITY_CODE4]: a range of the params
+VW_ENUM(VW_SLOT_VISIBILITY_MOMENTS, 62)  // vw_visibility_moments per view
+VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 63) // vec4 [VISIBILITY_GROUP rays][columns of the network]: shares of its gradient; overwritten
 // The rest only with the effect transient.
-VW_ENUM(VW_SLOT_TRANSIENT_CODES, 68)        // vec4 [view][TRANSIENT_CODE4]: a range of the params
-VW_ENUM(VW_SLOT_TRANSIENT_CODE_MOMENTS, 69) // vw_transient_moments per view
+VW_ENUM(VW_SLOT_TRANSIENT_CODES, 64)        // vec4 [view][TRANSIENT_CODE4]: a range of the params
+VW_ENUM(VW_SLOT_TRANSIENT_CODE_MOMENTS, 65) // vw_transient_moments per view
 // The rest only with the effect pose, see pose.glsl.
-VW_ENUM(VW_SLOT_POSES, 70)        // vw_pose per view: a range of the params
-VW_ENUM(VW_SLOT_POSE_MOMENTS, 71) // vw_pose_moments per view
-VW_ENUM(VW_SLOT_D_POSITIONS, 72)  // vec4 per sample of a chunk: gradient by its position, of the sum over rays; overwritten
-VW_ENUM(VW_SLOT_D_POSES, 73)      // vw_pose per ray: its force and its torque; overwritten
+VW_ENUM(VW_SLOT_POSES, 66)        // vw_pose per view: a range of the params
+VW_ENUM(VW_SLOT_POSE_MOMENTS, 67) // vw_pose_moments per view
+VW_ENUM(VW_SLOT_D_POSITIONS, 68)  // vec4 per sample of a chunk: gradient by its position, of the sum over rays; overwritten
+VW_ENUM(VW_SLOT_D_POSES, 69)      // vw_pose per ray: its force and its torque; overwritten
 // The rest only with the effect appearance_encoder, see encoder.glsl.
-VW_ENUM(VW_SLOT_THUMBNAILS, 74)     // vec4 [view][THUMBNAIL_PIXELS]: what the encoder sees of photos; or of a picture alone
-VW_ENUM(VW_SLOT_ENCODER_ROWS, 75)   // vec4 [ENCODER_ROWS]: activations of the photo that was encoded last; overwritten
-VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 76) // vec4 [ENCODER_ROW_MEAN]: gradients by the sums in its convolutions; overwritten
+VW_ENUM(VW_SLOT_THUMBNAILS, 70)     // vec4 [view][THUMBNAIL_PIXELS]: what the encoder sees of photos; or of a picture alone
+VW_ENUM(VW_SLOT_ENCODER_ROWS, 71)   // vec4 [ENCODER_ROWS]: activations of the photo that was encoded last; overwritten
+VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 72) // vec4 [ENCODER_ROW_MEAN]: gradients by the sums in its convolutions; overwritten
 // And of the consistency loss:
-VW_ENUM(VW_SLOT_GIVEN_ROWS, 77)     // as VW_SLOT_ENCODER_ROWS: of the photo whose code rays are rendered with
-VW_ENUM(VW_SLOT_OWN_D_WEIGHTS, 78)  // as VW_SLOT_D_WEIGHTS: of this loss alone
+VW_ENUM(VW_SLOT_GIVEN_ROWS, 73)     // as VW_SLOT_ENCODER_ROWS: of the photo whose code rays are rendered with
+VW_ENUM(VW_SLOT_OWN_D_WEIGHTS, 74)  // as VW_SLOT_D_WEIGHTS: of this loss alone
 // The rest only with splats (src/train/renderers/splats/). A sighting is a splat as one view of the list shows it.
-VW_ENUM(VW_SLOT_SPLATS, 79)          // vec4 [column][stride]: the params, see below
-VW_ENUM(VW_SLOT_SPLAT_VIEWS, 80)     // vw_splat_view
-VW_ENUM(VW_SLOT_SPLAT_TILES, 81)     // vw_splat_tile
-VW_ENUM(VW_SLOT_TILE_MAP, 82)        // uint per cell: its tile, where that tile names the cell; else it means nothing
-VW_ENUM(VW_SLOT_SPLAT_SHAPES, 83)    // vw_splat_shape per sighting; overwritten
-VW_ENUM(VW_SLOT_SIGHTING_PAIRS, 84)  // uint per sighting: its tiles, after place_pairs its first pair; pairs; sightings with pairs
-VW_ENUM(VW_SLOT_SPLATS_SEEN, 85)     // vw_splat_seen per rank
-VW_ENUM(VW_SLOT_SPLATS_DRAWN, 86)    // vec4 [rank][VW_SPLAT_DRAWN4]: x, y, conic xx, xy | conic yy, opacity, red, green | blue
-VW_ENUM(VW_SLOT_SPLAT_STATE, 87)     // vw_splat_state
-VW_ENUM(VW_SLOT_PAIR_SPLATS, 88)     // uint per pair: rank of its splat
-VW_ENUM(VW_SLOT_SORT_FROM, 89)       // uvec2 per pair: key and pair
-VW_ENUM(VW_SLOT_SORT_TO, 90)         // the same, by one more digit in order
-VW_ENUM(VW_SLOT_SORT_COUNTS, 91)     // uint [digit][block of SORT_LANES * SORT_KEYS pairs]
-VW_ENUM(VW_SLOT_TILE_RANGES, 92)     // vw_tile_range per tile
-VW_ENUM(VW_SLOT_D_COLOURS, 93)       // vec4 per ray: gradient by rgb and by what is left, of the sum over rays
-VW_ENUM(VW_SLOT_D_PAIRS, 94)         // vec4 [pair][VW_SPLAT_PAIR4]: moments and colour, see blending.glsl; overwritten
-VW_ENUM(VW_SLOT_D_SPLATS, 95)        // vec4 [column][stride]: by rank; w of the column of scales is 1 where a pixel shows it
-VW_ENUM(VW_SLOT_SPLAT_MOMENT1, 96)   // vec4 [column][stride], only with momentum
-VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 97)   // vec4 [column][stride]; w of scales and of harmonics: their own step counts
-VW_ENUM(VW_SLOT_BLENDED, 98)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
-VW_ENUM(VW_SLOT_SHOWN, 99)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
-VW_ENUM(VW_SLOT_D_WINDOWS, 100)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
-VW_ENUM(VW_SLOT_FEATURES, 101)       // vec4 [as VW_SLOT_PIXELS][FEATURE4], written by the host; only with the effect uncertainty
-VW_ENUM(VW_SLOT_PHOTOS, 102)         // uint: photos as the host has them, see src/train/device_photos.h
-VW_ENUM(VW_SLOT_COUNT, 103)
+VW_ENUM(VW_SLOT_SPLATS, 75)          // vec4 [column][stride]: the params, see below
+VW_ENUM(VW_SLOT_SPLAT_VIEWS, 76)     // vw_splat_view
+VW_ENUM(VW_SLOT_SPLAT_TILES, 77)     // vw_splat_tile
+VW_ENUM(VW_SLOT_TILE_MAP, 78)        // uint per cell: its tile, where that tile names the cell; else it means nothing
+VW_ENUM(VW_SLOT_SPLAT_SHAPES, 79)    // vw_splat_shape per sighting; overwritten
+VW_ENUM(VW_SLOT_SIGHTING_PAIRS, 80)  // uint per sighting: its tiles, after place_pairs its first pair; pairs; sightings with pairs
+VW_ENUM(VW_SLOT_SPLATS_SEEN, 81)     // vw_splat_seen per rank
+VW_ENUM(VW_SLOT_SPLATS_DRAWN, 82)    // vec4 [rank][VW_SPLAT_DRAWN4]: x, y, conic xx, xy | conic yy, opacity, red, green | blue
+VW_ENUM(VW_SLOT_SPLAT_STATE, 83)     // vw_splat_state
+VW_ENUM(VW_SLOT_PAIR_SPLATS, 84)     // uint per pair: rank of its splat
+VW_ENUM(VW_SLOT_SORT_FROM, 85)       // uvec2 per pair: key and pair
+VW_ENUM(VW_SLOT_SORT_TO, 86)         // the same, by one more digit in order
+VW_ENUM(VW_SLOT_SORT_COUNTS, 87)     // uint [digit][block of SORT_LANES * SORT_KEYS pairs]
+VW_ENUM(VW_SLOT_TILE_RANGES, 88)     // vw_tile_range per tile
+VW_ENUM(VW_SLOT_D_COLOURS, 89)       // vec4 per ray: gradient by rgb and by what is left, of the sum over rays
+VW_ENUM(VW_SLOT_D_PAIRS, 90)         // vec4 [pair][VW_SPLAT_PAIR4]: moments and colour, see blending.glsl; overwritten
+VW_ENUM(VW_SLOT_D_SPLATS, 91)        // vec4 [column][stride]: by rank; w of the column of scales is 1 where a pixel shows it
+VW_ENUM(VW_SLOT_SPLAT_MOMENT1, 92)   // vec4 [column][stride], only with momentum
+VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 93)   // vec4 [column][stride]; w of scales and of harmonics: their own step counts
+VW_ENUM(VW_SLOT_BLENDED, 94)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
+VW_ENUM(VW_SLOT_SHOWN, 95)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
+VW_ENUM(VW_SLOT_D_WINDOWS, 96)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
+VW_ENUM(VW_SLOT_FEATURES, 97)       // vec4 [as VW_SLOT_PIXELS][FEATURE4], written by the host; only with the effect uncertainty
+VW_ENUM(VW_SLOT_PHOTOS, 98)         // uint: photos as the host has them, see src/train/device_photos.h
+VW_ENUM(VW_SLOT_COUNT, 99)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -394,14 +387,6 @@ VW_ENUM(ENCODER_ROW_MEAN, 1344)
 VW_ENUM(ENCODER_ROW_CODE, 1348)
 VW_ENUM(ENCODER_ROWS, 1360)
 
-// Kept samples of a chunk stand in slots without gaps; the passes over them are dispatched by the workgroups listed here.
-struct vw_kept {
-    vw_uint3 field_groups;                   // forward_field, backward_field
-    vw_uint3 weight_groups;                  // gradient_weights
-    vw_uint3 scatter_groups[VW_LEVELS_MAX];  // scatter_grid (but not its walk) over as many levels as the index and one
-    vw_uint slots;                           // padded to whole workgroups of VW_FIELD_GROUP
-};
-
 struct vw_adjoint_state {
     float epsilon;   // half the distance of the two states between which colours are differentiated, in directions
     float unscale;   // divisor of gradients, which makes them fit the fixed-point range
@@ -431,7 +416,7 @@ struct vw_push_rays {        // generate_rays, predict_visibility, gradient_visi
     vw_uint4 key;            // in training
 };
 struct vw_push_samples {     // place_samples, forward_field, composite_rays, backward_rays, backward_transient, gradient_weights,
-                             // reduce_weights, gradient_pose, and those of occupancy.glsl
+                             // reduce_weights, gradient_pose
     vw_uint first_ray;       // the chunk's first ray
     vw_uint ray_count;       // the chunk's rays, a whole number of workgroups of samples
     vw_uint4 key;            // in training
@@ -459,10 +444,6 @@ struct vw_push_scatter {     // scatter_grid
     vw_uint sample_count;    // samples of the chunk
     vw_uint first_level, level_count; // levels of the window of the grid's gradient that is bound
     vw_uint first_pair;      // where that window begins
-};
-struct vw_push_refresh {     // refresh_occupancy
-    vw_uint4 key;
-    float remains;           // share of a cell's old density that is still believed
 };
 struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_sky, reduce_visibility
     vw_uint count;           // rays; views; groups of rays
@@ -529,9 +510,6 @@ VW_ENUM(VW_DIRECTION_FREQUENCIES, 4) // frequencies of the encoding of a directi
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
 VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands 0 to 2
-VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the box
-VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
-VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_ALL_VIEWS, 0x7fffffff) // in place of a view's index
 VW_ENUM(VW_NO_ROW, 0x7fffffff)    // in place of a row of the scalars
 VW_ENUM(VW_ADJOINT_GROUPS, 128)    // workgroups of direct_adjoint and multiply_blocks, whose partial sums reduce_adjoint adds
@@ -552,13 +530,6 @@ VW_ENUM(VW_LAYER_ROW_BYTES, 16)  // likewise
 
 // Rows of four numbers that hold three numbers and the sines and cosines of each at so many frequencies.
 #define VW_ENCODED4(frequencies) ((6u * (frequencies) + 6u) / 4u)
-
-// Words of a ray's bits.
-#define VW_KEPT_WORDS(samples) (((samples) + 31u) / 32u)
-
-// Density, per box edge, up to which a cell is empty. Then a stratum in it, even the longest one, which is a diagonal's, has an optical
-// thickness of at most 0.01 (the least that instant-ngp asks of a step): 0.01 / (sqrt(3) / samples).
-#define VW_EMPTY_DENSITY(samples) (0.005773503f * (samples))
 
 // Sizes of an encoding of 4 * encoding4 numbers with hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl),
 // the tiles of 2x2 blocks that gradient_weights walks, and the rows of a chunk (mlp.glsl).

@@ -14,14 +14,8 @@ viewworth_add_shader(effects/appearance_encoder/spread_colours DEFINE VW_BACK)
 viewworth_add_shader(effects/appearance_encoder/add_gradients)
 viewworth_add_shader(effects/visibility/predict_visibility) # of the effect, as three below
 viewworth_add_shader(effects/visibility/predict_visibility VARIANT uncertainty DEFINE VW_UNCERTAINTY) # of that effect, as two below
-viewworth_add_shader(effects/occupancy/refresh_occupancy) # the four that skip empty space
-viewworth_add_shader(effects/occupancy/refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --table-precision float16, as the other two
-viewworth_add_shader(effects/occupancy/mark_samples)
-viewworth_add_shader(effects/occupancy/place_rays)
-viewworth_add_shader(effects/occupancy/list_samples)
 viewworth_add_shader(rays/place_samples) # --importance-samples
 viewworth_add_shader(field_hash/forward_field)
-viewworth_add_shader(field_hash/forward_field VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(field_mlp/encode_samples) # the field mlp, with three variants below
 viewworth_add_shader(field_mlp/multiply_layer)
 viewworth_add_shader(field_mlp/multiply_layer VARIANT back DEFINE VW_BACK)
@@ -52,7 +46,6 @@ viewworth_add_shader(field_hash/scatter_grid)
 viewworth_add_shader(field_hash/scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
 viewworth_add_shader(field_hash/scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores
 viewworth_add_shader(effects/pose/gradient_positions) # of the effect pose alone, as gradient_pose and update_pose
-viewworth_add_shader(effects/pose/gradient_positions VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(effects/pose/gradient_pose)
 viewworth_add_shader(rays/reduce_loss)
 viewworth_add_shader(effects/transient/update_transient)
@@ -61,7 +54,6 @@ viewworth_add_shader(effects/appearance_code/update_code)
 viewworth_add_shader(effects/pose/update_pose)
 viewworth_add_shader(effects/visibility/update_visibility)
 viewworth_add_shader(field_hash/update_grid)
-viewworth_add_shader(field_hash/update_grid VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(networks/update_weights)
 viewworth_add_shader(adjoint/slope_views) # the rest of the backward pass of lasting credit
 viewworth_add_shader(adjoint/direct_adjoint)

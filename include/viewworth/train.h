@@ -33,7 +33,7 @@ enum vw_background_form {
 enum vw_vary {
     VW_VARY_ALL,    // order, pixels and initial params
     VW_VARY_ORDER,  // the order of the photos in every epoch
-    VW_VARY_PIXELS, // the pixels of every step (resampled ones too), jitter, random backgrounds, occupancy's samples
+    VW_VARY_PIXELS, // the pixels of every step (resampled ones too), jitter, random backgrounds
     VW_VARY_INIT,   // the initial params
     VW_VARY_VALIDATION,     // the validation pixels, those that appearance is fitted on too; nothing of the training
     VW_VARY_ALL_VALIDATION, // all, and the validation pixels
@@ -51,13 +51,6 @@ enum vw_field {
 enum vw_coarse_network {
     VW_COARSE_NETWORK_SHARED, // the field itself
     VW_COARSE_NETWORK_OWN,    // a network of its shape, trained beside it by its own colours (NeRF); of VW_FIELD_MLP
-};
-
-// The number format in which the hash grid's features are stored and read; there is no other copy of them. Arithmetic
-// and moments are float32 in both.
-enum vw_table_precision {
-    VW_TABLE_FLOAT32,
-    VW_TABLE_FLOAT16, // an update is rounded to the nearest half; an entry stays when it would leave the range (65504)
 };
 
 // At least so many validation rays are taken per view, whatever vw_config.val_rays says.
@@ -107,7 +100,6 @@ struct vw_config {
     // notes the file's SHA-256, and sets `splats` to how many it has. The path is not part of the run's identity.
     char initial[VW_INITIAL_PATH_BYTES], initial_sha256[VW_HASH_HEX_BYTES];
     enum vw_background_form background;
-    enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
     // Steps of each pilot that decides on effects; 0: no pilots; VW_PILOT_STEPS_AUTO: by the length of the run. It does
     // not belong to the run's identity, which names the effects that are on.
@@ -131,7 +123,7 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 // unless validation pixels vary.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // Returns canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of
-// effects. Without `vary` and `base_seed` everything varies; without `table_precision` it is float32; without
+// effects. Without `vary` and `base_seed` everything varies; without
 // `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are absent;
 // without `importance_samples` there are none, without `coarse_network` it is shared, without `consistency_weight` it
 // is 0, without `learning_rate_decay` the rate is constant, without `initial` splats begin at the scene's points.
@@ -149,7 +141,6 @@ const char *vw_optimizer_name(enum vw_optimizer optimizer);             // "lazy
 const char *vw_background_name(enum vw_background_form form);           // "fixed", "random"
 const char *vw_vary_name(enum vw_vary vary);                            // "all", "order", ..., "all,validation"
 const char *vw_coarse_network_name(enum vw_coarse_network network);     // "shared", "own"
-const char *vw_table_precision_name(enum vw_table_precision precision); // "float32", "float16"
 
 // ---- Effects (decision 7) ----
 

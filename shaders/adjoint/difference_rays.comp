@@ -5,7 +5,7 @@
 #include "effects/seen.glsl"
 #include "rays/composite.glsl"
 #include "rays/loss.glsl"
-#include "rays/ray_samples.glsl"
+#include "rays/sample_places.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) buffer Rays { vw_ray rays[]; };
@@ -19,10 +19,9 @@ BUFFER(VW_SLOT_VISIBILITY) readonly buffer Visibility { vec2 visibility[]; };
 #endif
 
 vec3 seen_colour(vw_ray ray, uint index, uint ray_index) {
-    uint first, count;
-    ray_slots(index, first, count);
+    uint first = index * SAMPLES;
     ray_march forward = ray_march(0.0, vec3(0.0));
-    for (uint i = 0u; i < count; i++) march(forward, field[first + i], length_of(ray, first + i, i));
+    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[first + i], sample_length(ray, first + i, i));
     vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
     return forward.colour + transmittance(forward.tau) * backdrop;
 }

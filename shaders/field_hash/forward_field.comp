@@ -2,13 +2,12 @@
 // the backward passes need, where STORES_ROWS asks for it. Chunks are padded to whole workgroups, since control flow
 // around the MLP costs more than the work it saves.
 #include "bfloat.glsl"
-#include "field_hash/grid_pair.glsl"
 #include "rays/sample_places.glsl"
 #include "networks/spherical_harmonics.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
-BUFFER(VW_SLOT_GRID) readonly buffer Grid { GRID_PAIR grid[]; };
+BUFFER(VW_SLOT_GRID) readonly buffer Grid { vec2 grid[]; };
 layout(set = 0, binding = VW_SLOT_GRID_TEXEL) uniform samplerBuffer grid_texel;
 BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_FIELD) writeonly buffer Field { vec4 field[]; };
@@ -43,12 +42,10 @@ void main() {
     }
     barrier();
     uint slot = invocation_index();
-    uint of_chunk = slot;
-    if (EFFECT_OCCUPANCY != 0u) of_chunk = kept_samples[slot];
-    uint ray_index = push.first_ray + of_chunk / SAMPLES;
-    uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
+    uint ray_index = push.first_ray + slot / SAMPLES;
+    uint sample_in_ray = slot - slot / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
-    vec3 position = position_at(ray, sample_place(of_chunk, ray_index, sample_in_ray, push.key));
+    vec3 position = position_at(ray, sample_place(slot, ray_index, sample_in_ray, push.key));
     if (STORES_ROWS != 0u) grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_POSITION, slot)] = vec4(position, 0.0);
 
     vec4 encoding[ENC4];

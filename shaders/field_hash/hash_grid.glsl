@@ -65,7 +65,7 @@ void grid_gather(grid_cell cell, uint first, bool dense, out vec2 values[8]) {
     } else {
         [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
             uint index = first + grid_corner(cell, corner, dense) * FEATURE_PAIRS;
-            values[corner] = LOAD_PAIR(grid[index]);
+            values[corner] = grid[index];
         }
     }
 }

@@ -22,13 +22,7 @@ layout(local_size_x = 64) in;
 #endif
 
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_KEPT) readonly buffer Kept { vw_kept kept; };
 PUSH uniform Push { vw_push_scatter push; };
-
-uint chunk_samples() {
-    if (EFFECT_OCCUPANCY != 0u) return kept.slots;
-    return push.sample_count;
-}
 
 #if defined(VW_WALK_LEVELS)
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint64_t d_grid[]; };
@@ -101,7 +95,7 @@ void scatter(uint slot, uint level, bool inside, inout extremes met) {
 void main() {
     uint groups = (push.level_count + VW_WALK_GROUP - 1u) / VW_WALK_GROUP;
     uint level_in_window = gl_LocalInvocationID.x * groups + workgroup_index();
-    uint samples = level_in_window < push.level_count ? chunk_samples() : 0u;
+    uint samples = level_in_window < push.level_count ? push.sample_count : 0u;
     extremes met = extremes(0u, 0u);
     for (uint slot = 0u; slot < samples; slot++) scatter(slot, push.first_level + level_in_window, true, met);
     report(met);
@@ -110,7 +104,7 @@ void main() {
 // Scatters one sample per invocation; surplus invocations add 0 at the place of the last sample.
 void main() {
     uint index = invocation_index();
-    uint samples = chunk_samples();
+    uint samples = push.sample_count;
     uint last = samples * push.level_count - 1u;
     uint level_in_window = min(index, last) / samples;
     extremes met = extremes(0u, 0u);

@@ -3,10 +3,9 @@
 // (decision 4).
 #include "fixed_point.glsl"
 #include "networks/adam.glsl"
-#include "field_hash/grid_pair.glsl"
 layout(local_size_x = 64) in;
 
-BUFFER(VW_SLOT_GRID) buffer Grid { GRID_PAIR grid[]; };
+BUFFER(VW_SLOT_GRID) buffer Grid { vec2 grid[]; };
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uvec2 d_grid[]; };
 BUFFER(VW_SLOT_GRID_MOMENT1) buffer Moment1 { vec2 grid_moment1[]; };
 BUFFER(VW_SLOT_GRID_MOMENT2) buffer Moment2 { vec2 grid_moment2[]; };
@@ -32,9 +31,9 @@ void main() {
     vec4 moment1 = MOMENTUM != 0u ? vec4(grid_moment1[pair], 0.0, 0.0) : vec4(0.0);
     vec4 moment2 = vec4(grid_moment2[pair], 0.0, 0.0);
     vec2 change = (1.0 + push.extra) * adam_step(push.adam, gradient, visits, moment1, moment2).xy;
-    GRID_PAIR moved = STORE_PAIR(LOAD_PAIR(grid[pair]) - change);
-    // Params stay finite as they are stored, whatever the learning rate, and the row says so (decision 8).
-    if (!(finite(LOAD_PAIR(moved).x) && finite(LOAD_PAIR(moved).y))) {
+    vec2 moved = grid[pair] - change;
+    // Params stay finite, whatever the learning rate, and the row says so (decision 8).
+    if (!(finite(moved.x) && finite(moved.y))) {
         overflow = 1u;
         return;
     }

@@ -29,7 +29,6 @@ vec4 out_at(uint place) { return ROWS_TEXEL != 0u ? texelFetch(d_layer_rows_texe
 #else
 #include "networks/mlp.glsl"
 #include "networks/rows.glsl"
-BUFFER(VW_SLOT_KEPT) readonly buffer Kept { vw_kept kept; };
 PUSH uniform Push { vw_push_samples push; };
 
 #define COLUMNS WEIGHT_COLUMNS
@@ -39,7 +38,7 @@ PUSH uniform Push { vw_push_samples push; };
 #define in_at row_at
 #define out_at row_at
 uint tile_count() { return VW_WEIGHT_TILES(ENC4, WIDTH4); }
-uint sample_count() { return EFFECT_OCCUPANCY != 0u ? kept.slots : push.ray_count * SAMPLES; }
+uint sample_count() { return push.ray_count * SAMPLES; }
 
 // Finds the matrix that contains `tile`, and makes `tile` relative to it.
 matrix_tiles find_matrix(inout uint tile) {

@@ -13,11 +13,10 @@ uint first_column() { return push.first_weight; }
 uint sample_count() { return push.samples; }
 #else
 #include "networks/mlp.glsl"
-BUFFER(VW_SLOT_KEPT) readonly buffer Kept { vw_kept kept; };
 PUSH uniform Push { vw_push_samples push; };
 #define COLUMNS WEIGHT_COLUMNS
 uint first_column() { return 0u; }
-uint sample_count() { return EFFECT_OCCUPANCY != 0u ? kept.slots : push.ray_count * SAMPLES; }
+uint sample_count() { return push.ray_count * SAMPLES; }
 #endif
 
 const uint AHEAD = 8u; // loads under way at a time: they take longer than the sums, which wait for each other

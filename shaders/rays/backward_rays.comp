@@ -7,7 +7,7 @@
 #include "rays/composite.glsl"
 #include "rays/loss.glsl"
 #include "rays/ray_lanes.glsl"
-#include "rays/ray_samples.glsl"
+#include "rays/sample_places.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
@@ -28,20 +28,19 @@ void main() {
     if (beyond) index = push.ray_count - 1u; // such lanes meet the others at barriers
     uint ray_index = push.first_ray + index;
     vw_ray ray = rays[ray_index];
-    uint first, count, begin, end;
-    ray_slots(index, first, count);
-    lane_run(beyond ? 0u : count, begin, end);
+    uint first = index * SAMPLES, begin, end;
+    lane_run(beyond ? 0u : SAMPLES, begin, end);
 
     ray_march forward = ray_march(0.0, vec3(0.0));
     vec4 all;
     if (RAY_LANES > 1u) {
         float tau = 0.0;
-        for (uint i = begin; i < end; i++) tau += field[first + i].w * length_of(ray, first + i, i);
+        for (uint i = begin; i < end; i++) tau += field[first + i].w * sample_length(ray, first + i, i);
         forward.tau = sum_beside(vec4(tau), false, all).x;
     }
     for (uint i = begin; i < end; i++) {
         d_field[first + i].w = forward.tau; // kept for the backward pass
-        march(forward, field[first + i], length_of(ray, first + i, i));
+        march(forward, field[first + i], sample_length(ray, first + i, i));
     }
     vec3 colour = forward.colour, colour_behind = vec3(0.0);
     if (RAY_LANES > 1u) {
@@ -73,5 +72,5 @@ void main() {
     if (RAY_LANES > 1u) behind += colour_behind;
     for (uint i = end; i-- > begin;)
         d_field[first + i] =
-            march_back(behind, d_field[first + i].w, field[first + i], length_of(ray, first + i, i), d_colour);
+            march_back(behind, d_field[first + i].w, field[first + i], sample_length(ray, first + i, i), d_colour);
 }

@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; }; // at the even samples
-BUFFER(VW_SLOT_KEPT_SAMPLES) writeonly buffer Places { uint places[]; };
+BUFFER(VW_SLOT_PLACES) writeonly buffer Places { float places[]; };
 PUSH uniform Push { vw_push_samples push; };
 
 const float LEAST_WEIGHT = 1e-5; // added to each stratum's weight, as in NeRF's code: empty space gets even places
@@ -117,6 +117,6 @@ void main() {
             make_even(at, known);
         }
         float within = clamp((target - at.weight_before) / at.weight, 0.0, 1.0);
-        places[index * SAMPLES + i] = floatBitsToUint(float(at.index) + within);
+        places[index * SAMPLES + i] = float(at.index) + within;
     }
 }

@@ -4,12 +4,10 @@
 #define SAMPLE_PLACES_GLSL
 #include "rays/sampling.glsl"
 
-BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
-
-float listed_place(uint sample_of_chunk) { return uintBitsToFloat(kept_samples[sample_of_chunk]); }
+BUFFER(VW_SLOT_PLACES) readonly buffer Places { float places[]; };
 
 float sample_place(uint sample_of_chunk, uint ray, uint sample_in_ray, uvec4 key) {
-    if (IMPORTANCE != 0u) return listed_place(sample_of_chunk);
+    if (IMPORTANCE != 0u) return places[sample_of_chunk];
     return even_place(ray, sample_in_ray, key);
 }
 
@@ -17,8 +15,8 @@ float sample_place(uint sample_of_chunk, uint ray, uint sample_in_ray, uvec4 key
 float sample_length(vw_ray ray, uint sample_of_chunk, uint sample_in_ray) {
     if (IMPORTANCE == 0u) return stratum_length(ray, sample_in_ray);
     bool first = sample_in_ray == 0u, last = sample_in_ray + 1u == SAMPLES;
-    float place = listed_place(sample_of_chunk), before = listed_place(sample_of_chunk - (first ? 0u : 1u)),
-          behind = listed_place(sample_of_chunk + (last ? 0u : 1u));
+    float place = places[sample_of_chunk], before = places[sample_of_chunk - (first ? 0u : 1u)],
+          behind = places[sample_of_chunk + (last ? 0u : 1u)];
     return length_between(ray, first ? 0.0 : 0.5 * (before + place), last ? float(STRATA) : 0.5 * (place + behind));
 }
 

@@ -2,7 +2,7 @@
 // SPLAT_LANES invocations share a tile; a workgroup has SPLAT_GROUP / SPLAT_LANES tiles.
 #include "splats/blending.glsl"
 #include "splats/tile_pairs.glsl"
-layout(local_size_x_id = 95) in;
+layout(local_size_x_id = 94) in;
 
 BUFFER(VW_SLOT_SPLAT_TILES) readonly buffer Tiles { vw_splat_tile tiles[]; };
 BUFFER(VW_SLOT_SPLAT_STATE) buffer State { vw_splat_state state; };

@@ -6,7 +6,7 @@
 // which no other invocation adds to.
 #include "splats/blending.glsl"
 #include "splats/tile_pairs.glsl"
-layout(local_size_x_id = 95) in;
+layout(local_size_x_id = 94) in;
 
 BUFFER(VW_SLOT_SPLAT_TILES) readonly buffer Tiles { vw_splat_tile tiles[]; };
 BUFFER(VW_SLOT_TILE_RANGES) readonly buffer Ranges { vw_tile_range tile_ranges[]; };

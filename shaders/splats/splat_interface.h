@@ -4,16 +4,16 @@
 
 // Further constants of the passes of splats (shaders/splats/constants.glsl), which no other pass declares.
 #define VW_SPLAT_SPECIALIZATION(X) \
-    X(93, SPLAT_SIDE, side, uint, 8)               /* pixels along a side of a tile */ \
-    X(94, SPLAT_LANES, lanes, uint, 1)             /* invocations that share a tile, each of which has as many of its pixels */ \
-    X(95, SPLAT_GROUP, group, uint, 8)             /* workgroup of blend_tiles: SPLAT_LANES, or any where these are 1 */ \
-    X(96, SPLAT_ANTIALIASED, antialiased, uint, 0) /* 1: a splat that the low pass widens fades as much */ \
-    X(97, SPLAT_LOW_PASS, low_pass, float, 0.3)    /* px^2, added to the variance of a splat on the photo */ \
-    X(98, SORT_LANES, sort_lanes, uint, 16)        /* workgroup of the sort; each invocation sorts SORT_KEYS pairs */ \
-    X(99, SORT_KEYS, sort_keys, uint, 64) \
-    X(100, SORT_DIGITS, sort_digits, uint, 256)     /* values of a digit: a power of two */ \
-    X(101, PLACE_LANES, place_lanes, uint, 64)     /* workgroup of place_pairs */ \
-    X(102, SSIM_WEIGHT, ssim_weight, float, 0.0)   /* share of the loss that is 1 - SSIM; above 0, compare_windows has run */
+    X(92, SPLAT_SIDE, side, uint, 8)               /* pixels along a side of a tile */ \
+    X(93, SPLAT_LANES, lanes, uint, 1)             /* invocations that share a tile, each of which has as many of its pixels */ \
+    X(94, SPLAT_GROUP, group, uint, 8)             /* workgroup of blend_tiles: SPLAT_LANES, or any where these are 1 */ \
+    X(95, SPLAT_ANTIALIASED, antialiased, uint, 0) /* 1: a splat that the low pass widens fades as much */ \
+    X(96, SPLAT_LOW_PASS, low_pass, float, 0.3)    /* px^2, added to the variance of a splat on the photo */ \
+    X(97, SORT_LANES, sort_lanes, uint, 16)        /* workgroup of the sort; each invocation sorts SORT_KEYS pairs */ \
+    X(98, SORT_KEYS, sort_keys, uint, 64) \
+    X(99, SORT_DIGITS, sort_digits, uint, 256)     /* values of a digit: a power of two */ \
+    X(100, PLACE_LANES, place_lanes, uint, 64)     /* workgroup of place_pairs */ \
+    X(101, SSIM_WEIGHT, ssim_weight, float, 0.0)   /* share of the loss that is 1 - SSIM; above 0, compare_windows has run */
 
 #ifndef VULKAN
 #define uint uint32_t

@@ -13,8 +13,7 @@ enum vw_random_purpose {
     VW_RANDOM_VALIDATION,     // a = view, b = ray; keyed by seed 0 unless a run varies its validation pixels
     VW_RANDOM_RECIPE,         // a = view, b = use
     VW_RANDOM_BACKGROUND,     // step = step, a = ray: rgb
-    VW_RANDOM_OCCUPANCY,      // step = step, a = cell
-    VW_RANDOM_IMPORTANCE = 9, // step = step, a = ray, b = sample / 4; 8 has no use now
+    VW_RANDOM_IMPORTANCE = 9, // step = step, a = ray, b = sample / 4; 7 and 8 have no use now
     VW_RANDOM_GIVEN_PHOTO,    // step = step; of the consistency loss
     VW_RANDOM_PROJECTION,     // a = channel of features; keyed by seed 0
     VW_RANDOM_POSE,           // a = view, b = 2 draw and 2 draw + 1; of places for the next photos

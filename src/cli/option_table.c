@@ -12,14 +12,11 @@ static const char *background_choice(uint32_t choice) { return vw_background_nam
 static const char *coarse_network_choice(uint32_t choice) {
     return vw_coarse_network_name((enum vw_coarse_network)choice);
 }
-static const char *table_precision_choice(uint32_t choice) {
-    return vw_table_precision_name((enum vw_table_precision)choice);
-}
 static const char *floor_choice(uint32_t choice) { return choice == VW_PAYOUT_FLOOR_EQUAL ? "equal" : "none"; }
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_background_form) == sizeof(uint32_t) &&
-                   sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
+                   sizeof(enum vw_equal) == sizeof(uint32_t) &&
                    sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t) &&
                    sizeof(enum vw_payout_floor) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
@@ -331,8 +328,6 @@ const struct vw_option vw_option_table[] = {
      OPTION(COUNT, config.mlp_depth)},
     {"frequencies", "N", "Number of frequencies at which --field mlp encodes positions", VW_OPTIONS_TRAINING,
      VW_SECTION_FIELD, OPTION(COUNT, config.frequencies)},
-    {"table-precision", NULL, "Storage format of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
-     CHOICE(config.table_precision, table_precision_choice, VW_TABLE_FLOAT16)},
     {"base-resolution", "N", "Cells along each axis of the coarsest level", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.base_resolution)},
     {"growth", "X", "Ratio of the resolutions of successive levels", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,

@@ -65,7 +65,6 @@ enum vw_texel_format {
     VW_TEXEL_FLOAT1,
     VW_TEXEL_FLOAT2,
     VW_TEXEL_FLOAT4,
-    VW_TEXEL_HALF2, // shaders read floats
     VW_TEXEL_UINT1,
     VW_TEXEL_UINT2,
     VW_TEXEL_UINT4,

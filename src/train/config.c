@@ -66,7 +66,6 @@ static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
 static const char *const vary_names[] = {"all", "order", "pixels", "init", "validation", "all,validation"};
 static const char *const coarse_network_names[] = {"shared", "own"};
-static const char *const table_precision_names[] = {"float32", "float16"};
 
 const char *vw_field_name(enum vw_field field) { return field_names[field]; }
 const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
@@ -74,7 +73,6 @@ const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_na
 const char *vw_background_name(enum vw_background_form form) { return background_names[form]; }
 const char *vw_vary_name(enum vw_vary vary) { return vary_names[vary]; }
 const char *vw_coarse_network_name(enum vw_coarse_network network) { return coarse_network_names[network]; }
-const char *vw_table_precision_name(enum vw_table_precision precision) { return table_precision_names[precision]; }
 
 static bool varies_all(const struct vw_config *config) {
     return config->vary == VW_VARY_ALL || config->vary == VW_VARY_ALL_VALIDATION;
@@ -145,8 +143,6 @@ static const struct choice {
     {"field", offsetof(struct vw_config, field), field_names, VW_ARRAY_COUNT(field_names)},
     {"coarse_network", offsetof(struct vw_config, coarse_network), coarse_network_names,
      VW_ARRAY_COUNT(coarse_network_names)},
-    {"table_precision", offsetof(struct vw_config, table_precision), table_precision_names,
-     VW_ARRAY_COUNT(table_precision_names)},
 };
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_field) == sizeof(uint32_t),
                "choice_at() reads enums as their underlying type");
@@ -235,9 +231,9 @@ static enum vw_status check_together(const struct vw_config *config) {
     if (config->field != VW_FIELD_HASH &&
         (config->levels != grid->levels || config->features != grid->features ||
          config->log2_table != grid->log2_table || config->base_resolution != grid->base_resolution ||
-         config->growth != grid->growth || config->table_precision != grid->table_precision))
-        return vw_fail(VW_ERROR_USAGE, "--levels, --features, --log2-table, --base-resolution, --growth and "
-                                       "--table-precision: need --field hash");
+         config->growth != grid->growth))
+        return vw_fail(VW_ERROR_USAGE, "--levels, --features, --log2-table, --base-resolution and --growth: "
+                                       "need --field hash");
     if (config->coarse_network == VW_COARSE_NETWORK_OWN && config->field != VW_FIELD_MLP)
         return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not %s; use --coarse-network shared",
                        vw_field_name(config->field));

@@ -88,7 +88,7 @@ void vw_field_bind(const struct vw_radiance_field *field, bool training, struct 
         {.slot = VW_SLOT_GRID_TEXEL,
          .buffer = field->params,
          .size_bytes = grid_bytes,
-         .texel = model->half_grid ? VW_TEXEL_HALF2 : VW_TEXEL_FLOAT2,
+         .texel = VW_TEXEL_FLOAT2,
          .unused = !grid},
         {.slot = VW_SLOT_WEIGHTS,
          .buffer = field->params,

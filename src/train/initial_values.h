@@ -1,4 +1,4 @@
-// Initial values of params: random numbers, each keyed by its place in the params block, and floats as halves.
+// Initial values of params: random numbers, each keyed by its place in the params block.
 #ifndef VIEWWORTH_TRAIN_INITIAL_VALUES_H
 #define VIEWWORTH_TRAIN_INITIAL_VALUES_H
 
@@ -15,10 +15,5 @@ struct vw_drawn {
 float *vw_fill_weights(float *values, const struct vw_drawn *drawn, uint64_t count, float scale);
 // Fills a matrix of 4x4 blocks within He's bound for layers that follow a ReLU, so that the signal keeps its size.
 float *vw_fill_matrix(float *values, const struct vw_drawn *drawn, uint32_t out4, uint32_t in4);
-
-// Returns the bits of the half (binary16 of IEEE 754) nearest to `value`, of two the even one; infinity for values that
-// round beyond the largest (65504), and for NaN. `--table-precision float16` keeps the hash grid in halves, as
-// shaders/field_hash/grid_pair.glsl reads it.
-uint16_t vw_half_nearest(float value);
 
 #endif

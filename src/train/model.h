@@ -34,6 +34,8 @@ struct vw_splat_model {
     double position_decay; // vw_config.learning_rate_decay, which is that of positions alone
 };
 
+enum { VW_GRID_PAIR_BYTES = 8 }; // a feature pair: two floats
+
 struct vw_model {
     const struct vw_renderer_kind *renderer;
     const struct vw_field_kind *kind;        // NULL with another renderer than the volume
@@ -44,7 +46,7 @@ struct vw_model {
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
     bool awaits_params; // a file will bring them: take_from_scene() is not called
-    struct vw_param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
+    struct vw_param_range grid, weights; // grid: VW_GRID_PAIR_BYTES per feature pair, empty without one; weights: vec4 columns
     // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
     // field lays them out, moved as weights are.
     struct vw_param_range coarse;
@@ -67,11 +69,6 @@ struct vw_model {
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // pairs of all levels, with padding
-    // The beginning of each level, and the end of the last one, in the draws of the initial values, in feature pairs:
-    // as levels of floats are laid out, so that both precisions begin with the same numbers.
-    uint32_t drawn_pair[VW_LEVELS_MAX + 1];
-    uint32_t pair_bytes;           // bytes of the grid's pair: 8, two floats, or 4, two halves
-    bool half_grid;                // the latter: passes that touch the grid take their half form
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
     uint32_t weight_columns;       // columns of the networks, including the head of the effect transient
     uint32_t moved_columns;        // by update_weights: theirs, those of effects, and coarse ones

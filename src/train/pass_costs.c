@@ -13,8 +13,7 @@ struct vw_cost_sizes vw_cost_sizes_of(const struct vw_model *model, uint32_t ray
                                   .encoding4 = encoding4,
                                   .width4 = s->width4,
                                   .gathers = 8.0 * s->levels * s->feature_pairs,
-                                  .pairs = model->pair_count,
-                                  .pair_bytes = model->pair_bytes};
+                                  .pairs = model->pair_count};
 }
 
 void vw_pass_cost_add(struct vw_pass_costs *costs, struct vw_pass_cost cost) {

@@ -24,7 +24,7 @@ struct vw_pass_costs {
 
 // Per sample, and sizes of the model; those of the grid are of the field hash.
 struct vw_cost_sizes {
-    double samples, rays, encoding4, width4, gathers, pairs, pair_bytes;
+    double samples, rays, encoding4, width4, gathers, pairs;
 };
 struct vw_cost_sizes vw_cost_sizes_of(const struct vw_model *model, uint32_t rays);
 

@@ -143,7 +143,6 @@ void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submi
     struct vw_push_rays rays = {.first_pixel = first_pixel,
                                 .ray_count = vw_step_counted_rays(step, first_pixel),
                                 .key = vw_model_key_of_step(model, number)};
-    vw_effects_record_begin(model, &step->effects, submission, number, rays.key);
     model->renderer->record_gradients(step, submission, number, &rays);
 }
 

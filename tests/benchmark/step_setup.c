@@ -10,7 +10,7 @@
 #include "train/shared_submissions.h"
 
 static const char USAGE[] =
-    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--bits |\n"
+    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--profile] [--bits |\n"
     "       --describe | --host | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
@@ -66,7 +66,6 @@ static bool set_flag(struct setup *setup, const char *word) {
     else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
     else if (!strcmp(word, "--splats")) choose_splats(setup);
     else if (!strncmp(word, "scene=", 6)) setup->real.path = word + 6;
-    else if (!strcmp(word, "--float16")) setup->config.table_precision = VW_TABLE_FLOAT16;
     else return false;
     return true;
 }

@@ -2,7 +2,7 @@
 # The program from outside: exit codes, messages, outputs, and that equal runs leave equal rows. Takes the program's path.
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
-tiny=("${small[@]}" --epochs 3 --effects occupancy)
+tiny=("${small[@]}" --epochs 3 --effects visibility)
 
 refuses() { fails 2 "$1" "$program" "${@:2}"; } # refuses PATTERN ARGUMENT...
 
@@ -141,7 +141,7 @@ check "scores follow from the steps by SQL" test "$(sqlite3 "$folder/first/ledge
         query first "SELECT abs(value - ($value)) < 1e-9 AND visits = $visits FROM score
             WHERE run_id = '$run' AND image_id = $image AND method = 'dv_psnr'"
     done | sort | uniq -c | tr -s ' ')" = ' 12 1'
-check "value again gives a run, its effects added to the facts" value second --effects +occupancy --pilot-steps 0
+check "value again gives a run, its effects added to the facts" value second --effects +visibility --pilot-steps 0
 check "the same effects leave the same rows" same_rows first second
 
 # Names, times and bytes of a run's files. A command that reads changes none, whether it ends well or not.

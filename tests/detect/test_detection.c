@@ -49,12 +49,12 @@ TEST(a_line_names_effects_with_their_reasons) {
         {.name = "masks", .evidence_stderr = NAN, .called_for = true},
         {.name = "sky", .evidence = 1.74, .evidence_stderr = 0.27},
         {.name = "unbounded", .evidence = 2.24, .evidence_stderr = 0.3, .called_for = true, .on = true},
-        {.name = "occupancy", .evidence_stderr = NAN, .on = true},
+        {.name = "visibility", .evidence_stderr = NAN, .on = true},
         {.name = "pose", .evidence_stderr = NAN}};
     char line[VW_EFFECT_LINE_BYTES];
     vw_effects_to_line(verdicts, VW_ARRAY_COUNT(verdicts), line);
     assert_string_equal(
-        line, "distortion (files), unbounded (+2.2 dB), occupancy (--effects); called for, but off: masks; tried: sky");
+        line, "distortion (files), unbounded (+2.2 dB), visibility (--effects); called for, but off: masks; tried: sky");
     vw_effects_to_line(verdicts + 5, 1, line);
     assert_string_equal(line, "none");
 }

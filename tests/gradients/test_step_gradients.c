@@ -14,7 +14,7 @@ static const double SLOPE_STEP = 1e-6;
 // Kinks within the step, the third derivative, the rounding of the grid's gradient to quanta (2e-3), and that of the
 // constant input of the colour network to a bfloat (3e-3).
 static const double SLOPE_TOLERANCE = 5e-3;
-static const uint64_t STEP = 259; // past the warm-up of occupancy
+static const uint64_t STEP = 259;
 
 static bool ordinary(const struct step_case *setup) {
     return setup->weight_scale <= 1.0f;

@@ -17,8 +17,6 @@ static const struct step_case momentum_case = {.name = "fallback with momentum, 
                                                .beta1 = 0.9,
                                                .base_resolution = 24,
                                                .effects = "appearance,appearance_code"};
-static const struct step_case half_case = {
-    .name = "fallback with halves", .seed = 114, .rays = 64, .base_resolution = 24, .half_grid = true};
 enum { STEPS = 3 };
 
 struct outcome {
@@ -39,8 +37,8 @@ static struct outcome run(struct step_bench *bench) {
     return outcome;
 }
 
-static const struct step_case *const setups[] = {&base_case, &momentum_case, &half_case};
-enum { SETUPS = 3 };
+static const struct step_case *const setups[] = {&base_case, &momentum_case};
+enum { SETUPS = 2 };
 static struct outcome undisturbed[SETUPS]; // without any fallback
 
 static int run_setups(void **state) {

@@ -38,7 +38,6 @@ TEST(passes_that_keep_their_loops_meet_the_reference) {
         struct step_bench *bench = step_bench_open_clamped(&step_cases[i], &clamp);
         assert_false(vw_gpu_get_limits(bench->gpu)->unrolls_loops);
         for (size_t k = 0; k < VW_ARRAY_COUNT(checks); k++) {
-            step_bench_keep_all(bench);
             checks[k](bench, INPUT_ORDINARY);
         }
         test_release(bench);

@@ -16,7 +16,7 @@
 #include "train/effects/registry.h"
 
 static const struct pass {
-    const char *name; // ends in _half on a grid of halves
+    const char *name;
     const struct vw_shader *shader;
     pass_check *check;
     enum vw_scatter_form scatter;
@@ -30,13 +30,7 @@ static const struct pass {
     {"fit_photo", &vw_shader_fit_photo, check_fit_photo, SCATTER_ATOMICS},
     {"update_code", &vw_shader_update_code, check_update_code, SCATTER_ATOMICS},
     {"generate_rays", &vw_shader_generate_rays, check_generate_rays, SCATTER_ATOMICS},
-    {"refresh_occupancy", &vw_shader_refresh_occupancy, check_refresh_occupancy, SCATTER_ATOMICS},
-    {"refresh_occupancy_half", &vw_shader_refresh_occupancy_half, check_refresh_occupancy, SCATTER_ATOMICS},
-    {"mark_samples", &vw_shader_mark_samples, check_mark_samples, SCATTER_ATOMICS},
-    {"place_rays", &vw_shader_place_rays, check_place_rays, SCATTER_ATOMICS},
-    {"list_samples", &vw_shader_list_samples, check_list_samples, SCATTER_ATOMICS},
     {"forward_field", &vw_shader_forward_field, check_forward_field, SCATTER_ATOMICS},
-    {"forward_field_half", &vw_shader_forward_field_half, check_forward_field, SCATTER_ATOMICS},
     {"composite_rays", &vw_shader_composite_rays, check_composite_rays, SCATTER_ATOMICS},
     {"reduce_views", &vw_shader_reduce_views, check_reduce_views, SCATTER_ATOMICS},
     {"backward_rays", &vw_shader_backward_rays, check_backward_rays, SCATTER_ATOMICS},
@@ -50,7 +44,6 @@ static const struct pass {
     {"scatter_grid_walk", &vw_shader_scatter_grid_walk, check_scatter_grid, SCATTER_WALK},
     {"reduce_loss", &vw_shader_reduce_loss, check_reduce_loss, SCATTER_ATOMICS},
     {"update_grid", &vw_shader_update_grid, check_update_grid, SCATTER_ATOMICS},
-    {"update_grid_half", &vw_shader_update_grid_half, check_update_grid, SCATTER_ATOMICS},
     {"update_weights", &vw_shader_update_weights, check_update_weights, SCATTER_ATOMICS},
     {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, SCATTER_ATOMICS},
     {"multiply_registers", &vw_shader_multiply_registers, check_multiply_registers, SCATTER_ATOMICS},
@@ -82,7 +75,7 @@ static const struct vw_shader *const elsewhere[] = {
     &vw_shader_feed_transient, &vw_shader_feed_transient_features, &vw_shader_backward_transient,
     &vw_shader_backward_transient_effects, &vw_shader_backward_field_transient, &vw_shader_update_transient,
     // test_pose_gradients
-    &vw_shader_gradient_positions, &vw_shader_gradient_positions_half, &vw_shader_gradient_pose, &vw_shader_update_pose,
+    &vw_shader_gradient_positions, &vw_shader_gradient_pose, &vw_shader_update_pose,
     // test_encoder_gradients; test_consistency_gradients the last four
     &vw_shader_convolve_photo, &vw_shader_convolve_photo_back, &vw_shader_pool_photo, &vw_shader_spread_photo,
     &vw_shader_gradient_photo, &vw_shader_shrink_colours, &vw_shader_spread_photo_codes, &vw_shader_spread_colours,
@@ -104,15 +97,10 @@ static int open_benches(void **state) {
     return 0;
 }
 
-static bool takes_halves(const struct pass *pass) { return strstr(pass->name, "_half") != NULL; }
-
 static struct step_bench *open_for(const struct pass *pass, struct step_case setup) {
     setup.scatter = pass->scatter;
-    setup.half_grid = takes_halves(pass);
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics &= pass->scatter == SCATTER_ATOMICS; // the other forms can do without
-    if (setup.half_grid && vw_word_list_has(setup.effects, "occupancy"))
-        clamp.texel_elements = 1; // texels arrive as floats, so that nothing is unpacked
     return step_bench_open_clamped(&setup, &clamp);
 }
 
@@ -129,7 +117,6 @@ static void run_kinds(const struct pass *pass, uint32_t case_index, struct step_
         if (!is_chosen(pass, case_index, kind)) continue;
         snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu, %s inputs; rerun: test_passes %s",
                  setup->name, (unsigned long long)setup->seed, input_kind_names[kind], pass->name);
-        step_bench_keep_all(bench);
         const size_t before = test_owned();
         pass->check(bench, kind);
         test_release_to(before);
@@ -149,7 +136,7 @@ static void run_pass(void **state) {
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!takes_case(pass, &step_cases[i])) continue;
         const size_t before = test_owned();
-        bool shared = pass->scatter == SCATTER_ATOMICS && !takes_halves(pass);
+        bool shared = pass->scatter == SCATTER_ATOMICS;
         if (!shared && !all_kinds && (i + (uint32_t)(pass - passes)) % 2) continue; // opening a bench takes longest
         struct step_bench *bench = shared ? benches[i] : open_for(pass, step_cases[i]);
         run_kinds(pass, i, bench);
@@ -216,8 +203,6 @@ static void what_several_passes_compute_is_precise(void **state) {
     enum { CELL = 6, POSITION = 30, RAY = 15, TARGET = 8 };
     assert_int_equal(count_precise(&vw_shader_scatter_grid), CELL);
     assert_int_equal(count_precise(&vw_shader_scatter_grid_walk), CELL);
-    assert_int_equal(count_precise(&vw_shader_refresh_occupancy), CELL);
-    assert_int_equal(count_precise(&vw_shader_mark_samples), POSITION);
     assert_int_equal(count_precise(&vw_shader_forward_field), CELL + POSITION);
     assert_int_equal(count_precise(&vw_shader_generate_rays), RAY + TARGET);
 }

@@ -413,9 +413,9 @@ TEST(what_cannot_be_followed_is_refused) {
     opened.params.interrupt = (struct vw_interrupt){ask_to_stop, &asked};
     assert_int_equal(vw_tracin_scores(&opened.params, 2, &(struct vw_tracin_score[TRAINS]){0}[0]),
                      VW_ERROR_INTERRUPTED);
-    config.table_precision = VW_TABLE_FLOAT16;
+    strcpy(config.effects, "pose");
     open_training(&opened, &config);
-    ASSERT_FAILS(vw_in_run_credits(&opened.params, credits), VW_ERROR_USAGE, "--table-precision float32");
+    ASSERT_FAILS(vw_in_run_credits(&opened.params, credits), VW_ERROR_USAGE, "--effects -pose");
 }
 
 TEST_GROUP(NULL, test_gpu_close)

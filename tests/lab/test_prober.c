@@ -60,17 +60,13 @@ TEST(probes_leave_the_run_alone) {
     static const struct {
         double beta1;
         const char *effects;
-        enum vw_table_precision precision;
-    } cases[] = {{0.9, "none", VW_TABLE_FLOAT32},
-                 {0.0, "occupancy", VW_TABLE_FLOAT32},
-                 {0.0, "appearance,appearance_code,sky,visibility", VW_TABLE_FLOAT32},
-                 {0.9, "appearance_encoder,transient", VW_TABLE_FLOAT32},
-                 {0.9, "none", VW_TABLE_FLOAT16}};
+    } cases[] = {{0.9, "none"},
+                 {0.0, "appearance,appearance_code,sky,visibility"},
+                 {0.9, "appearance_encoder,transient"}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = probing_config();
         config.beta1 = cases[i].beta1;
-        config.table_precision = cases[i].precision;
         strcpy(config.effects, cases[i].effects);
         struct probed_run *probed = probe_run(scene, &config, STATES, 0);
         struct test_run *bare = test_run(scene, &config, true, 0);

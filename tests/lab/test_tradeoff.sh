@@ -96,8 +96,8 @@ check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/w
 check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM evaluation WHERE lds < lds_ci_low OR lds > lds_ci_high')" = 0
 check "LDS is there" test "$(ask whole 'SELECT count(DISTINCT configuration) FROM evaluation WHERE lds IS NOT NULL')" = "$rows"
 
-placed=(--parameters importance-samples,learning-rate-decay --halves 0 --effects occupancy --epochs 2)
-check "placed samples are tried without occupancy" sweep placed "${placed[@]}"
+placed=(--parameters importance-samples,learning-rate-decay --halves 0 --epochs 2)
+check "placed samples are tried" sweep placed "${placed[@]}"
 check "all of them" test -d "$folder/placed/configurations/importance-samples-8" -a -d "$folder/placed/configurations/importance-samples-32"
 check "and rates that fall" test "$(sqlite3 "$folder/placed/configurations/learning-rate-decay-0.3/seed_0/ledger.db" \
     "SELECT json_extract(config_json, '\$.learning_rate_decay') FROM run")" = 0.3

@@ -83,15 +83,6 @@ void reference_grid_encode(const struct vw_specialization *s, const double *grid
 void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding,
                             double *d_grid);
 
-// ---- half.c: tables of halves ---------------------------------------------------------------------------------------
-
-// Returns the half nearest to a number, of two the even one; infinity for what rounds beyond the largest.
-double reference_half(double value);
-// Returns the number that the bits of a half mean.
-double reference_half_value(uint16_t bits);
-// Returns feature `index` of the grid in a params block, in either precision.
-double reference_feature(const struct vw_model *model, const void *params, uint64_t index);
-
 // ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------
 
 void reference_spherical_harmonics(const double direction[3], double values[9]);
@@ -307,16 +298,6 @@ struct reference_view_error {
 };
 struct reference_view_error reference_view_error(const struct vw_ray *rays, const vw_float4 *colours, uint32_t count);
 
-// ---- occupancy.c: 32 cells per axis of the box, x first -------------------------------------------------------------
-
-uint32_t reference_cell(const double position[3]);
-// Returns the largest density of an empty cell.
-double reference_empty_density(const struct vw_specialization *s);
-struct reference_params;
-// Returns a cell's density at the point that the step of `key` asks for, which `position` receives.
-double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell,
-                              vw_uint4 key, double position[3]);
-
 // ---- recipe.c -------------------------------------------------------------------------------------------------------
 
 struct reference_recipe {
@@ -348,7 +329,6 @@ struct reference_step {
     uint32_t ray_count;
     struct reference_ray *rays;
     struct reference_sample *samples; // ray by ray
-    uint32_t *slots; // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
     double *
         sample_places; // per sample: where it is on its ray, in strata; a test may set them [NULL: one in each stratum]
     struct reference_d_sample *d_samples;                        // likewise
@@ -369,9 +349,6 @@ struct reference_step {
     double d_uncertainty[REFERENCE_UNCERTAINTY]; // sum over rays
     double d_visibility[REFERENCE_VISIBILITY], d_visibility_code[REFERENCE_VISIBILITY_CODE]; // sums over rays
 };
-
-// In the place of a slot: the sample is skipped, as if it had density 0.
-#define REFERENCE_SKIPPED UINT32_MAX
 
 struct reference_params *reference_params_create(const struct vw_model *model,
                                                  const float *params); // the whole params block

@@ -8,7 +8,7 @@
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
     struct reference_params *reference = test_allocate(1, sizeof *reference);
     reference->grid = test_allocate(2 * (size_t)model->pair_count, sizeof *reference->grid);
-    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) reference->grid[i] = reference_feature(model, params, i);
+    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) reference->grid[i] = params[i];
     reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params,
                                   &reference->weights);
     reference_sky_read(model, params, reference->sky);
@@ -39,8 +39,6 @@ struct reference_step *reference_step_create(const struct vw_model *model, const
     step->rays = test_allocate(ray_count, sizeof *step->rays);
     step->samples = test_allocate(samples, sizeof *step->samples);
     step->d_samples = test_allocate(samples, sizeof *step->d_samples);
-    step->slots = test_allocate(samples, sizeof *step->slots);
-    for (size_t i = 0; i < samples; i++) step->slots[i] = (uint32_t)i;
     step->colours = test_allocate(ray_count, sizeof *step->colours);
     step->backdrops = test_allocate(ray_count, sizeof *step->backdrops);
     step->left = test_allocate(ray_count, sizeof *step->left);
@@ -54,14 +52,13 @@ struct reference_step *reference_step_create(const struct vw_model *model, const
     return step;
 }
 
-// Lists the points of a ray. A skipped sample has no density, and so no gradient either.
+// Lists the points of a ray.
 static void list_points(const struct reference_step *step, uint32_t ray, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];
-    const uint32_t *slots = &step->slots[(size_t)ray * s->samples];
     for (uint32_t i = 0; i < s->samples; i++) {
         memcpy(points[i].rgb, samples[i].rgb, sizeof points[i].rgb);
-        points[i].density = slots[i] == REFERENCE_SKIPPED ? 0.0 : samples[i].density;
+        points[i].density = samples[i].density;
         points[i].length =
             step->sample_places
                 ? reference_listed_length(s, &step->rays[ray], &step->sample_places[(size_t)ray * s->samples], i)
@@ -211,8 +208,7 @@ uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits
     uint64_t wrong = 0;
     for (size_t i = 0; i < (size_t)step->ray_count * s->samples; i++) {
         struct reference_sample *sample = &step->samples[i];
-        if (step->slots[i] == REFERENCE_SKIPPED) continue;
-        const vw_uint4 *words = &bits[step->slots[i]];
+        const vw_uint4 *words = &bits[i];
         wrong +=
             adopt((const uint32_t[2]){words->x, words->y}, 4 * s->width4, sample->before1, sample->active1, tolerance);
         wrong +=

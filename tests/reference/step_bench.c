@@ -47,7 +47,6 @@ static struct vw_config make_config(const struct step_case *c) {
     config.beta1 = c->beta1;
     config.beta2 = c->beta2 > 0.0 ? c->beta2 : 0.99;
     config.background = c->random_background ? VW_BACKGROUND_RANDOM : VW_BACKGROUND_FIXED;
-    config.table_precision = c->half_grid ? VW_TABLE_FLOAT16 : VW_TABLE_FLOAT32;
     choose_effects(c, &config);
     return config;
 }
@@ -92,10 +91,8 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     size_t grid = bench->model.grid.size_bytes / sizeof(float),
            sky = bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.ranges[VW_SLOT_SKY].size_bytes / sizeof(float);
-    float *features = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *features);
     for (size_t i = 0; i < 2 * (size_t)bench->model.pair_count; i++)
-        features[i] = grid_scale * test_random_next(&random);
-    step_bench_put_grid(bench, features, bench->params);
+        bench->params[i] = grid_scale * test_random_next(&random);
     size_t all = bench->model.param_bytes / sizeof(float);
     for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
     for (size_t i = sky; i < sky_end; i++)
@@ -147,13 +144,6 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     make_pixels(bench);
 }
 
-static void empty_some_cells(struct step_bench *bench) {
-    struct test_random random = {.seed = bench->config.seed};
-    float *densities = test_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
-    for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = test_random_next(&random) > 0.0f ? 10.0f : 0.0f;
-    step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], densities);
-}
-
 static void close_bench(void *opened) {
     struct step_bench *bench = opened;
     char where[sizeof bench->where];
@@ -196,7 +186,6 @@ static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c)
                                       bench->scalars, NULL, &bench->step));
     stop_unless(bench, vw_submission_create(gpu, &bench->submission));
     step_bench_write_params(bench);
-    if (vw_word_list_has(c->effects, "occupancy")) empty_some_cells(bench);
     draw_features(bench);
     return bench;
 }
@@ -223,24 +212,6 @@ struct vw_evaluator *step_bench_evaluate(struct step_bench *bench) {
     stop_unless(bench, vw_submission_submit(bench->submission));
     stop_unless(bench, vw_submission_wait(bench->submission));
     return evaluator;
-}
-
-void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params) {
-    size_t count = 2 * (size_t)bench->model.pair_count;
-    uint16_t *halves = params;
-    if (!bench->model.half_grid) memcpy(params, features, count * sizeof *features);
-    for (size_t i = 0; i < count && bench->model.half_grid; i++)
-        halves[i] = vw_half_nearest(fmaxf(fminf(features[i], 65504.0f), -65504.0f));
-}
-
-float *step_bench_read_params(struct step_bench *bench) {
-    const struct vw_model *model = &bench->model;
-    size_t features = 2 * (size_t)model->pair_count, rest_bytes = model->param_bytes - model->grid.size_bytes;
-    char *block = step_bench_read(bench, bench->field.params);
-    float *params = test_allocate(features * sizeof *params + rest_bytes, 1);
-    for (size_t i = 0; i < features; i++) params[i] = (float)reference_feature(model, block, i);
-    memcpy(params + features, block + model->grid.size_bytes, rest_bytes);
-    return params;
 }
 
 void step_bench_write_params(struct step_bench *bench) { step_bench_write(bench, bench->field.params, bench->params); }
@@ -293,26 +264,6 @@ const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, con
     return NULL;
 }
 
-void step_bench_keep_all(struct step_bench *bench) {
-    if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
-    struct vw_push_samples push = step_bench_push(bench, 1); // warming up
-    vw_submission_begin(bench->submission);
-    vw_effects_record_chunk(&bench->model, &bench->step.effects, &bench->model.specialization, bench->submission,
-                            &push);
-    step_bench_submit(bench);
-}
-
-uint32_t *step_bench_slots(struct step_bench *bench) {
-    uint32_t *slots = test_allocate(bench->padded_samples, sizeof *slots), *begins, *samples;
-    for (uint32_t i = 0; i < bench->padded_samples; i++)
-        slots[i] = bench->step.effect_buffers[VW_SLOT_KEPT] ? REFERENCE_SKIPPED : i;
-    if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return slots;
-    begins = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS]);
-    samples = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_SAMPLES]);
-    for (uint32_t slot = 0; slot < begins[bench->step.padded_rays]; slot++) slots[samples[slot]] = slot;
-    return slots;
-}
-
 void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]) {
     const struct vw_pixel *pixel = &bench->pixels[ray < bench->config.rays ? ray : bench->config.rays - 1];
     const struct vw_image *image = &bench->scene->views[bench->view].image;
@@ -340,7 +291,6 @@ struct reference_step *step_bench_reference(struct step_bench *bench) {
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->step.padded_rays);
     reference->view = bench->view;
-    reference->slots = step_bench_slots(bench);
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
         step_bench_place(bench, ray, reference->places[ray]);
         step_bench_features(bench, ray, reference->features[ray]);

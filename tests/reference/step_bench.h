@@ -33,13 +33,12 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate;         // [0.003]
     double beta1, beta2;          // [0], [0.99]
-    const char *effects;          // [none] as --effects lists them; with occupancy every other cell is empty
+    const char *effects;          // [none] as --effects lists them
     const char *another_effect;   // [none] what a program adds to all of its cases
     bool random_background;       // the form of the effect background
     double beta_min;              // for transient [0.1]
     double consistency_weight;    // with appearance_encoder [0]
     bool wide;                    // 64-bit gradient words
-    bool half_grid;               // --table-precision float16
     enum vw_scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
     bool as_on_gpus;              // the other choices as on GPUs (src/train/device_choices.c)
     uint32_t slice_samples, slice_parts, ray_lanes; // [by these choices]
@@ -80,10 +79,6 @@ struct vw_evaluator *step_bench_evaluator(struct step_bench *bench);
 // Renders the bench's pixels with it.
 struct vw_evaluator *step_bench_evaluate(struct step_bench *bench);
 
-// Puts features into the grid of a params block, in a grid of halves rounded to them, the largest for what is beyond.
-void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params);
-// Reads the params on the device, with every feature of the grid as a float and the rest after them.
-float *step_bench_read_params(struct step_bench *bench);
 // Puts bench->params on the device.
 void step_bench_write_params(struct step_bench *bench);
 // Runs step `number` up to the loss and the gradients, without the optimiser; the grid's gradient keeps adding up.
@@ -107,10 +102,6 @@ struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t 
 // Reads a whole buffer; step_bench_write() writes one.
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer);
 void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data);
-// Lists a chunk in which every sample is kept, for passes that run alone; does nothing without the effect `occupancy`.
-void step_bench_keep_all(struct step_bench *bench);
-// Returns, per sample of the step's only chunk, its slot on the device, or REFERENCE_SKIPPED.
-uint32_t *step_bench_slots(struct step_bench *bench);
 // Finds where in its photo the pixel of a ray lies, -1 to 1 across it.
 void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]);
 // Finds the features of its pixel, with the effect uncertainty.

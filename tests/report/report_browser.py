@@ -397,7 +397,7 @@ def matrix_is_right(browser, folder):
 def sections_are_there(browser, folder):
     page = Page(browser, f'{folder}/all.html')
     for section, words in (('providers', ['Payout', '%']), ('comparisons', ['significant', 'test PSNR', '18.25 ± 0.10', 'right halves']),
-                           ('benchmarks', ['dv_psnr', '0.62', "'=x"]), ('effects', ['occupancy', 'threshold']),
+                           ('benchmarks', ['dv_psnr', '0.62', "'=x"]), ('effects', ['distortion', 'threshold']),
                            ('runs', ['llvmpipe', 'hash of the scene']), ('reading', ['+3'])):
         text = page.run('return document.getElementById(arguments[0]).innerText', section)
         expect(text and not (missing := [word for word in words if word not in text]), f'{section}: lacks {missing}: {text[:2000]}')

@@ -121,7 +121,7 @@ resumes() {
     check "$name: leaves the same" same_contents "whole_$name" "$name"
 }
 
-resumes value value "$scene" --resume --epochs 80 "${small[@]}" --effects occupancy
+resumes value value "$scene" --resume --epochs 80 "${small[@]}" --effects visibility
 by=$lab signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
 devices=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \
     --views 1 "${tiny_field[@]}"

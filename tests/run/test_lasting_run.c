@@ -262,12 +262,9 @@ TEST(an_edited_pass_is_found) {
 }
 
 TEST(what_no_pass_can_follow_is_refused) {
-    struct vw_config config = small_config(0, EPOCHS), halves = config, posed = config;
+    struct vw_config config = small_config(0, EPOCHS), posed = config;
     struct observer observer = {0}, stopping = {.stops_training = true};
-    halves.table_precision = VW_TABLE_FLOAT16;
     const char *out = temporary_path(*state, "refused");
-    ASSERT_FAILS(make_run(out, &halves, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
-                 "--table-precision float32");
     strcpy(posed.effects, "pose");
     ASSERT_FAILS(make_run(out, &posed, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
                  "--effects -pose");

@@ -7,7 +7,7 @@ scene=$root/scenes/clean.json
 # value OUT EPOCHS [OPTION]...: with an effect, so that there is a state of it to go on with
 value() { (exec_value "$@"); }
 exec_value() { # in place of the shell, so that signals reach it
-    exec "${by:-$program}" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --effects occupancy --quiet "${@:3}"
+    exec "${by:-$program}" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --effects visibility --quiet "${@:3}"
 }
 verify() { "$program" verify "$folder/$1" "${@:2}"; }
 verifies() { run verify "$@"; }
@@ -21,11 +21,11 @@ unchanged() { # unchanged OUT COMMAND...: all files of OUT are byte for byte as 
 
 epochs=150
 check "a run without interruption" run value whole "$epochs"
-check "--resume starts where there is nothing" run value short 3 --resume --effects +occupancy --pilot-steps 0
+check "--resume starts where there is nothing" run value short 3 --resume --effects +visibility --pilot-steps 0
 check "a finished run is left alone" unchanged short run value short 3 --resume
 check "also when fewer epochs are asked for" unchanged short run value short 2 --resume
 check "without --resume it is refused" fails 2 'already contains a run; continue it with --resume' value short 3
-check "a finished run is extended, its effects decided again" run value short 5 --resume --effects +occupancy --pilot-steps 0
+check "a finished run is extended, its effects decided again" run value short 5 --resume --effects +visibility --pilot-steps 0
 check "a longer run with those effects" run value longer 5
 check "is the extended one" same_run longer short
 
@@ -35,9 +35,9 @@ printf 'view_%03d\n' 1 2 3 >"$folder/train.txt"
 printf 'view_%03d\n' 0 >"$folder/val.txt"
 check "so is another choice of photos" fails 2 'other photos to train on' value corrupted 6 --resume \
     --train "$folder/train.txt" --val "$folder/val.txt"
-check "and other effects" fails 2 'other --effects' value corrupted 6 --resume --effects occupancy,background
+check "and other effects" fails 2 'other --effects' value corrupted 6 --resume --effects visibility,background
 check "and the same by train" fails 2 'train instead of value' \
-    "$program" train "$scene" --out "$folder/corrupted" --epochs 6 "${small[@]}" --effects occupancy --resume --quiet
+    "$program" train "$scene" --out "$folder/corrupted" --epochs 6 "${small[@]}" --effects visibility --resume --quiet
 check "refusals leave the run alone" same_run short corrupted
 
 longer_from() { # longer_from OUT: extends it and compares

@@ -83,7 +83,7 @@ check "with its own it goes on" run model 4
 
 # ---- What is refused ----
 
-for effect in unbounded wide_box appearance_code occupancy visibility transient pose appearance_encoder; do
+for effect in unbounded wide_box appearance_code visibility transient pose appearance_encoder; do
     check "$effect is refused by name" fails 2 "--effects: .*$effect" value refused 2 --effects "$effect"
 done
 check "rays that are no squares are refused" fails 2 '--rays: a multiple of 256' value refused 2 --rays 300

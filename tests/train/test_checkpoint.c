@@ -16,8 +16,7 @@ static struct vw_config configs[] = {{.beta1 = 0.0},
                                      {.beta1 = 0.9, .effects = "appearance_encoder"},
                                      {.effects = "appearance_encoder,sky", .consistency_weight = 0.01},
                                      {.effects = "appearance,sky,visibility"},
-                                     {.effects = "uncertainty"},
-                                     {.beta1 = 0.9, .table_precision = VW_TABLE_FLOAT16}};
+                                     {.effects = "uncertainty"}};
 
 static struct vw_config config_of(size_t index) {
     struct vw_config config = test_config();
@@ -25,7 +24,6 @@ static struct vw_config config_of(size_t index) {
     if (configs[index].effects[0]) memcpy(config.effects, configs[index].effects, sizeof config.effects);
     config.optimizer = configs[index].optimizer;
     config.consistency_weight = configs[index].consistency_weight;
-    config.table_precision = configs[index].table_precision;
     return config;
 }
 

@@ -32,7 +32,6 @@ TEST(settings_survive_json) {
         {"'learning_rate':0.30000000000000004", true},
         {"'learning_rate_decay':0.3", true},
         {"'background':'random'", true},
-        {"'table_precision':'float16'", true},
         {"'field':'mlp'", true},
         {"'field':'mlp','mlp_depth':6,'frequencies':4", true},
         {"'field':'mlp','importance_samples':12,'coarse_network':'own'", true},
@@ -58,7 +57,6 @@ TEST(choices_have_their_names) {
     assert_int_equal(config.optimizer, VW_OPTIMIZER_DENSE_ADAM);
     assert_int_equal(config.background, VW_BACKGROUND_RANDOM);
     assert_int_equal(config.vary, VW_VARY_INIT);
-    assert_int_equal(config_with(&vw_config_default, "'table_precision':'float16'").table_precision, VW_TABLE_FLOAT16);
     assert_int_equal(config_with(&vw_config_default, "'vary':'all,validation'").vary, VW_VARY_ALL_VALIDATION);
 }
 
@@ -70,7 +68,6 @@ TEST(defaults_are_in_the_identity) {
                                         "\"ssim_weight\":0.0",
                                         "\"learning_rate_decay\":0.1",
                                         "\"coarse_network\":\"shared\"",
-                                        "\"table_precision\":\"float32\"",
                                         "\"field\":\"hash\"",
                                         "\"splats\":0",
                                         "\"harmonics\":1"};
@@ -130,8 +127,8 @@ TEST(what_cannot_be_is_refused_by_name) {
          "--coarse-network own: needs --importance-samples above 0"},
         {"'importance_samples':8,'coarse_network':'own'", "--coarse-network own: needs --field mlp, not hash"},
         {"'vary':'ordre'", "vary: \"ordre\" is not known"},
-        {"'table_precision':'float17'", "table_precision: \"float17\" is not known"},
-        {"'table_precision':null", "table_precision: \"(none)\" is not known"},
+        {"'loss':'l3'", "loss: \"l3\" is not known"},
+        {"'loss':null", "loss: \"(none)\" is not known"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config;

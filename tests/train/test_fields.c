@@ -94,27 +94,4 @@ FOLDER_TEST(a_saved_field_is_the_trained_one) {
     }
 }
 
-// Effects that a field or its samples cannot have go off, unless --effects names them.
-TEST(what_a_field_cannot_have_is_refused_by_name) {
-    static const struct {
-        size_t form;
-        const char *beside; // an effect that is off, as it refuses others
-        const char *message;
-    } cases[] = {{2, "pose", "occupancy is not there with --field mlp"}, // see test_pose
-                 {1, "unbounded", "occupancy is not there with --importance-samples"}};
-    for (size_t i = 0; i < 2 * VW_ARRAY_COUNT(cases); i++) {
-        bool named = i % 2;
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        struct vw_config config = config_of_form(cases[i / 2].form);
-        uint32_t count;
-        vw_effects_list(verdicts, &count);
-        for (uint32_t e = 0; e < count; e++) verdicts[e].on = strcmp(verdicts[e].name, cases[i / 2].beside) != 0;
-        strcpy(config.effects, named ? "+occupancy" : "auto");
-        enum vw_status status = vw_effects_follow_field(&config, verdicts, count);
-        if (named) ASSERT_FAILS(status, VW_ERROR_USAGE, cases[i / 2].message);
-        else assert_true(!status && !vw_effects_is_on(verdicts, count, "occupancy"));
-        assert_true(vw_effects_is_on(verdicts, count, "sky"));
-    }
-}
-
 TEST_GROUP(NULL, test_gpu_close)

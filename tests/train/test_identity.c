@@ -50,7 +50,6 @@ static const char *const settings[] = {
     "'burn_in_epochs':2",
     "'effects':'+background'",
     "'effects':'+unbounded'",
-    "'table_precision':'float16'",
     "'loss':'huber'",
     "'loss':'huber','huber_length':0.3",
     "'background':'random'",

@@ -226,7 +226,7 @@ TEST(a_step_says_what_it_leaves) {
     static const struct {
         const char *effects;
         double beta1;
-        uint32_t epochs;       // more with occupancy, whose first 256 steps skip nothing
+        uint32_t epochs;
         uint64_t memory_bytes; // for segments of about 20 steps, from whose beginnings steps are tried
         enum vw_field field;
         uint32_t importance_samples; // with which the learning rate decays
@@ -234,7 +234,6 @@ TEST(a_step_says_what_it_leaves) {
         bool full; // with --full alone: the other cases have all that is theirs
     } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, true},
                  {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
-                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, true},
                  {"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 8, VW_COARSE_NETWORK_SHARED, true},
@@ -378,18 +377,6 @@ TEST(views_share_the_credit) {
     assert_same_credits(plain, cut, STEPS);
     assert_memory_equal(views, cut_views, sizeof views);
     temporary_folder_remove(folder);
-}
-
-TEST(half_tables_are_refused) {
-    struct vw_config config = lasting_config();
-    struct vw_scene *scene = test_scene();
-    config.table_precision = VW_TABLE_FLOAT16;
-    struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    training.effects = vw_trainer_effects(trainer, &training.effect_count);
-    struct vw_lasting *lasting = NULL;
-    ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
-                 "--table-precision float32");
 }
 
 TEST_GROUP(NULL, test_gpu_close)

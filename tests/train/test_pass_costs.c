@@ -61,15 +61,14 @@ TEST(every_dispatch_is_accounted_for) {
     check_dispatches(VW_FIELD_HASH, 16, VW_COARSE_NETWORK_SHARED, "sky,unbounded,appearance,appearance_code", 3);
     check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_OWN, "sky,appearance,appearance_code,transient", 3);
     check_dispatches(VW_FIELD_HASH, 16, VW_COARSE_NETWORK_SHARED, "transient,appearance_encoder", 3);
-    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "pose,occupancy", 16);
+    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "pose", 16);
     check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_OWN, "appearance_encoder,visibility", 3);
     check_dispatches(VW_FIELD_SPLATS, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
     check_dispatches(VW_FIELD_SPLATS, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance,uncertainty", 3);
     if (!test_is_full()) return; // the rest has passes of those above
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
-    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "occupancy", 16); // 80 steps: 5 refreshes
     check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_SHARED, "sky,appearance,appearance_code", 3);
-    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "appearance_encoder,occupancy,sky", 16);
+    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "appearance_encoder,sky", 16);
     check_dispatches(VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance_code,transient", 3);
 }
 

@@ -92,7 +92,7 @@ static void assert_as_alone(struct group *group, uint32_t index) {
 }
 
 TEST(bits_are_those_of_a_training_alone) {
-    static const char *const effects[] = {"none", "appearance,occupancy,visibility", "appearance_encoder,transient",
+    static const char *const effects[] = {"none", "appearance,visibility", "appearance_encoder,transient",
                                           "appearance_encoder,sky"};
     static const uint32_t submissions[] = {STEPS_PER_SUBMISSION, 0, 0, 0};
     for (size_t e = 0; e < VW_ARRAY_COUNT(effects); e++) {

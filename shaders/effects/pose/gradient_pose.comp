@@ -4,7 +4,6 @@
 #include "networks/mlp.glsl"
 #define ROWS_OF_GRID
 #include "networks/rows.glsl"
-#include "rays/ray_samples.glsl"
 #include "effects/pose/pose.glsl"
 layout(local_size_x = 64) in;
 
@@ -19,9 +18,7 @@ void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
     vec3 place = camera_place(cameras[state.view], poses[state.view]), force = vec3(0.0), torque = vec3(0.0);
-    uint first, count;
-    ray_slots(index, first, count);
-    for (uint slot = first; slot < first + count; slot++) {
+    for (uint slot = index * SAMPLES; slot < (index + 1u) * SAMPLES; slot++) {
         vec3 gradient = d_positions[slot].xyz;
         force += gradient;
         torque += cross(grid_row(GRID_ROW_POSITION, slot).xyz - place, gradient);

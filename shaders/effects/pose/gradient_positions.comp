@@ -1,10 +1,9 @@
 // The gradient by the position of a sample, one per invocation, from those by its encoding: through the trilinear
 // weights of the cells that it lies in. What also depends on a position is left out: the view dependence of colours is
 // the direction's, not the position's.
-#include "field_hash/grid_pair.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
-BUFFER(VW_SLOT_GRID) readonly buffer Grid { GRID_PAIR grid[]; };
+BUFFER(VW_SLOT_GRID) readonly buffer Grid { vec2 grid[]; };
 layout(set = 0, binding = VW_SLOT_GRID_TEXEL) uniform samplerBuffer grid_texel;
 BUFFER(VW_SLOT_D_POSITIONS) writeonly buffer DPositions { vec4 d_positions[]; };
 

@@ -12,7 +12,7 @@
 enum how { TIMES, PLUS, SET };
 enum { VALUES_MAX = 8, VALUE_BYTES = 32 };
 enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, SAMPLED = HASH | MLP, ALL = SAMPLED | 1 << VW_FIELD_SPLATS };
-enum { LEARNING_RATE_DECAY, TABLE_PRECISION, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
+enum { LEARNING_RATE_DECAY, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
 
 // A number of the config, and the values to try, computed from its value at the base.
 static const struct sweep {
@@ -34,8 +34,8 @@ static const struct sweep {
 };
 static const double learning_rate_decays[] = {1, 0.3, 0.1};
 static const double downscales[] = {2, 4}; // times the base's
-static const char *const other_parameters[OTHER_PARAMETERS] = {"learning-rate-decay", "table-precision", "downscale",
-                                                               "effects", "accuracy"};
+static const char *const other_parameters[OTHER_PARAMETERS] = {"learning-rate-decay", "downscale", "effects",
+                                                               "accuracy"};
 static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest factor of `rays`
 
 // ---- Parameters ----
@@ -104,9 +104,8 @@ static void describe_base(struct vw_sweep_configuration *base) {
             used += (size_t)snprintf(base->value + used, size_bytes - used, "%s %" PRIu32 ", ", sweeps[i].parameter,
                                      *(const uint32_t *)((const char *)&base->config + sweeps[i].offset));
     if (used < size_bytes)
-        snprintf(base->value + used, size_bytes - used,
-                 "learning-rate-decay %g, table-precision %s, downscale %" PRIu32, base->config.learning_rate_decay,
-                 vw_table_precision_name(base->config.table_precision), base->downscale);
+        snprintf(base->value + used, size_bytes - used, "learning-rate-decay %g, downscale %" PRIu32,
+                 base->config.learning_rate_decay, base->downscale);
 }
 
 // Spells the effects that are on like --effects, but for one (NULL: none). Returns false when the list is too long.
@@ -154,11 +153,9 @@ static bool is_admitted(const struct vw_config *config) {
     return config->epochs > config->burn_in_epochs && !vw_config_check(config);
 }
 
-// Sets what follows from a changed part: occupancy has no part in placed samples, and a decay keeps its share of the
-// epochs.
-static void keep_together(const struct vw_session *session, const struct vw_config *base, struct vw_config *config) {
+// Lets a decay keep its share of changed epochs.
+static void keep_share(const struct vw_config *base, struct vw_config *config) {
     uint32_t epochs = config->epochs;
-    if (config->importance_samples) spell_effects(session, "occupancy", config->effects);
     config->epochs = base->epochs;
     vw_config_set_epochs(config, epochs);
 }
@@ -177,7 +174,7 @@ static enum vw_status add_sweep(const struct vw_session *session, const struct s
         uint32_t number = number_of(sweep, of_base, sweep->values[i]);
         if (number < least) number = least;
         *(uint32_t *)((char *)&config + sweep->offset) = number;
-        keep_together(session, base, &config);
+        keep_share(base, &config);
         snprintf(value, sizeof value, "%" PRIu32, number);
         bool base_again = number == (of_base < least ? least : of_base), all_again = val_rays && number >= most;
         if (base_again || all_again || is_listed(configurations, sweep->parameter, value) || !is_admitted(&config))
@@ -238,20 +235,8 @@ static enum vw_status add_effects(const struct vw_session *session, struct vw_sw
     return status;
 }
 
-static enum vw_status add_table_precisions(struct vw_sweep_configurations *configurations) {
-    enum vw_status status = VW_OK;
-    for (enum vw_table_precision precision = VW_TABLE_FLOAT32; precision <= VW_TABLE_FLOAT16 && !status; precision++) {
-        struct vw_config config = configurations->configurations[0].config;
-        if (precision == config.table_precision) continue;
-        config.table_precision = precision;
-        if (!is_admitted(&config)) continue;
-        status = add(configurations, "table-precision", vw_table_precision_name(precision), &config);
-    }
-    return status;
-}
-
 // Adds the levels of --accuracy, which also set epochs; leaves out one that equals the base.
-static enum vw_status add_accuracies(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
+static enum vw_status add_accuracies(struct vw_sweep_configurations *configurations) {
     char of_base[VW_ACCURACY_TEXT_BYTES], ours[VW_ACCURACY_TEXT_BYTES];
     const struct vw_config *base = &configurations->configurations[0].config;
     vw_accuracy_options(base, of_base);
@@ -259,7 +244,7 @@ static enum vw_status add_accuracies(const struct vw_session *session, struct vw
     for (uint32_t level = 0; level < vw_accuracy_level_count() && !status; level++) {
         struct vw_config config = configurations->configurations[0].config;
         vw_accuracy_apply(level, 0, &config);
-        keep_together(session, base, &config);
+        keep_share(base, &config);
         vw_accuracy_options(&config, ours);
         if (strcmp(ours, of_base) == 0 || !is_admitted(&config)) continue;
         status = add(configurations, "accuracy", vw_accuracy_level_about(level)->name, &config);
@@ -282,10 +267,9 @@ static enum vw_status add_others(const struct vw_session *session, uint32_t para
                                  struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
     if (is_other_wanted(parameters, LEARNING_RATE_DECAY)) status = add_learning_rate_decays(configurations);
-    if (!status && is_other_wanted(parameters, TABLE_PRECISION)) status = add_table_precisions(configurations);
     if (!status && is_other_wanted(parameters, DOWNSCALE)) status = add_downscales(session, configurations);
     if (!status && is_other_wanted(parameters, EFFECTS)) status = add_effects(session, configurations);
-    if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(session, configurations);
+    if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(configurations);
     return status;
 }
 

@@ -28,7 +28,7 @@ struct vw_sweep_configurations {
 // The parameters, for messages and --help.
 #define VW_SWEEP_PARAMETERS                                                                                            \
     "rays, samples, importance-samples, val-rays, levels, log2-table, mlp-depth, width, epochs, "                      \
-    "learning-rate-decay, table-precision, downscale, effects, accuracy"
+    "learning-rate-decay, downscale, effects, accuracy"
 // Reads names of parameters with commas between as a set of bits. VW_ERROR_USAGE names a word that is none.
 enum vw_status vw_sweep_parameters_parse(const char *list, uint32_t *parameters);
 // Lists the configurations around a base, for a session whose effects are decided. `parameters`: a set of bits; 0: all.

@@ -161,12 +161,8 @@ static enum vw_status time_configuration(struct vw_sweep_state *state, uint32_t 
 }
 
 enum vw_status vw_sweep_time_steps(struct vw_sweep_state *state) {
-    const struct vw_session *session = &state->session;
     enum vw_status status = VW_OK;
-    vw_log_info("timing   the steps of %u configurations%s", state->configurations->count,
-                vw_effects_is_on(session->effects, session->effect_count, "occupancy")
-                    ? ", before occupancy skips empty space"
-                    : "");
+    vw_log_info("timing   the steps of %u configurations", state->configurations->count);
     for (uint32_t configuration = 0; configuration < state->configurations->count && !status; configuration++) {
         if (find(state, configuration)) continue;
         status = time_configuration(state, configuration);

@@ -22,7 +22,7 @@ struct vw_sweep_metrics {
     uint32_t epochs;
     uint32_t steps;
     // Wall clock of a step without and with scoring, by paired timing with the base; where the device is the CPU, the
-    // base's wall clock times the ratio of CPU times. Of the first steps, before the effect occupancy skips any sample.
+    // base's wall clock times the ratio of CPU times.
     double train_ms, value_ms;
     double scoring_ratio; // value_ms / train_ms
     double run_seconds;   // steps with scoring

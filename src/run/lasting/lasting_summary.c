@@ -10,11 +10,7 @@ enum vw_status vw_lasting_check_config(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit and scores from gradients cannot go back through splats; value the scene with "
                        "--field hash");
-    if (!config || config->table_precision == VW_TABLE_FLOAT32) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE,
-                   "lasting credit and scores from gradients follow small changes, which tables of halves round away; "
-                   "value the scene with "
-                   "--table-precision float32");
+    return VW_OK;
 }
 
 bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta1 > 0); }

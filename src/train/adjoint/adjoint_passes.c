@@ -24,9 +24,6 @@ static uint32_t pad(const struct vw_adjoint_passes *backward, uint32_t rays) {
 
 enum vw_status vw_adjoint_check(const struct vw_trainer_parts *context) {
     const struct vw_model *model = context->field->model;
-    if (model->half_grid)
-        return vw_fail(VW_ERROR_USAGE,
-                       "the backward pass needs params in 32 bits; value the scene with --table-precision float32");
     enum vw_status status = vw_effects_check_adjoint(model);
     if (status) return status;
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)

@@ -5,15 +5,10 @@
 
 static uint64_t block_bytes(const struct vw_step_passes *step) { return step->field->model->param_bytes; }
 
-static uint64_t occupancy_bytes(const struct vw_step_passes *step) {
-    const struct vw_buffer *occupancy = step->field->effect_buffers[VW_SLOT_OCCUPANCY];
-    return occupancy ? vw_buffer_size_bytes(occupancy) : 0;
-}
-
 static bool has_momentum(const struct vw_step_passes *step) { return step->field->model->specialization.momentum; }
 
 uint64_t vw_kept_step_bytes(const struct vw_step_passes *step) {
-    return block_bytes(step) * (has_momentum(step) ? 3 : 2) + occupancy_bytes(step);
+    return block_bytes(step) * (has_momentum(step) ? 3 : 2);
 }
 
 enum vw_status vw_kept_steps_create(const struct vw_step_passes *step, uint32_t capacity, struct vw_kept_steps *kept) {
@@ -23,7 +18,6 @@ enum vw_status vw_kept_steps_create(const struct vw_step_passes *step, uint32_t 
         {&kept->params, "kept_params", blocks + block_bytes(step)},
         {&kept->gradients, "kept_gradients", blocks},
         {&kept->moments, "kept_moments", has_momentum(step) ? blocks : 0},
-        {&kept->occupancy, "kept_occupancy", occupancy_bytes(step) * capacity},
     };
     enum vw_status status = vw_buffers_create(&kept->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
     if (status) vw_kept_steps_destroy(kept);
@@ -46,7 +40,7 @@ void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_s
 void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place) {
     const struct vw_step_passes *step = kept->step;
     const struct vw_model *model = step->field->model;
-    uint64_t first = block_bytes(step) * place, cells = occupancy_bytes(step);
+    uint64_t first = block_bytes(step) * place;
     vw_kept_steps_record_before(kept, submission, place + 1); // the next step begins where this one ended
     if (kept->moments) {
         if (model->grid.size_bytes)
@@ -55,19 +49,13 @@ void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_subm
         vw_submission_copy(submission, step->weight_moments, 0, kept->moments, first + model->weights.offset_bytes,
                            16 * (uint64_t)model->moved_columns);
     }
-    if (cells)
-        vw_submission_copy(submission, step->field->effect_buffers[VW_SLOT_OCCUPANCY], 0, kept->occupancy,
-                           cells * place, cells);
 }
 
 void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place,
                                const struct vw_step_blocks *blocks) {
-    uint64_t block = block_bytes(kept->step), cells = occupancy_bytes(kept->step);
+    uint64_t block = block_bytes(kept->step);
     vw_submission_copy(submission, kept->params, block * place, blocks->before, 0, block);
     vw_submission_copy(submission, kept->params, block * (place + 1), blocks->after, 0, block);
     vw_submission_copy(submission, kept->gradients, block * place, blocks->gradient, 0, block);
     if (kept->moments) vw_submission_copy(submission, kept->moments, block * place, blocks->moment, 0, block);
-    if (cells)
-        vw_submission_copy(submission, kept->occupancy, cells * place,
-                           kept->step->field->effect_buffers[VW_SLOT_OCCUPANCY], 0, cells);
 }

@@ -11,7 +11,6 @@ struct vw_kept_steps {
     struct vw_buffer *params;          // capacity + 1 blocks, see adjoint_passes.h
     struct vw_buffer *gradients;       // capacity blocks
     struct vw_buffer *moments;         // capacity blocks, too; NULL without momentum
-    struct vw_buffer *occupancy;       // capacity times field->occupancy; NULL without it
 };
 
 // Bytes that one step takes.

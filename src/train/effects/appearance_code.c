@@ -58,7 +58,7 @@ const struct vw_effect_kind vw_effect_appearance_code = {
     .gathered_second = VW_SLOT_CODES,
     .training_alone = true,
     .fits_views = true,
-    .shaders = {[MIX] = {&vw_shader_mix_code}},
+    .shaders = {[MIX] = &vw_shader_mix_code},
     .update = &vw_shader_update_code,
     .ranges = {VW_SLOT_CODE_WEIGHTS, VW_SLOT_CODES},
     .lay_out_ranges = lay_out_ranges,

@@ -182,8 +182,7 @@ enum vw_status vw_effects_create_passes(const struct vw_model *model, struct vw_
         struct vw_pass_row rows[VW_EFFECT_PASSES_MAX] = {0};
         uint32_t count = of_step ? VW_EFFECT_PASSES_MAX : kind->sees_photos ? kind->photo_pass_count : 0;
         for (uint32_t k = 0; k < count; k++) {
-            bool half = model->half_grid && kind->shaders[k].half;
-            rows[k].shader = half ? kind->shaders[k].half : kind->shaders[k].shader;
+            rows[k].shader = kind->shaders[k];
             rows[k].pass = &effects->sets[i].passes[k];
         }
         if (of_step && (!kind->updates || kind->updates(model))) rows[VW_EFFECT_UPDATE].shader = kind->update;
@@ -215,14 +214,6 @@ void vw_effects_record_photo(const struct vw_model *model, const struct vw_effec
     }
 }
 
-void vw_effects_record_begin(const struct vw_model *model, const struct vw_effect_sets *effects,
-                             struct vw_submission *submission, uint64_t number, vw_uint4 key) {
-    for (uint32_t i = 0; i < model->effect_count; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->record_begin) kind->record_begin(effects->sets[i].passes, submission, number, key);
-    }
-}
-
 void vw_effects_record_rays(const struct vw_model *model, const struct vw_effect_sets *effects,
                             const struct vw_step_passes *step, struct vw_submission *submission,
                             const struct vw_push_rays *rays) {
@@ -232,18 +223,8 @@ void vw_effects_record_rays(const struct vw_model *model, const struct vw_effect
     }
 }
 
-void vw_effects_record_chunk(const struct vw_model *model, const struct vw_effect_sets *effects,
-                             const struct vw_specialization *specialization, struct vw_submission *submission,
-                             const struct vw_push_samples *chunk) {
-    for (uint32_t i = 0; i < model->effect_count; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->record_chunk && vw_effect_is_on(kind, specialization))
-            kind->record_chunk(effects->sets[i].passes, submission, chunk);
-    }
-}
-
 void vw_effects_record_chunk_gradient(const struct vw_model *model, const struct vw_effect_sets *effects,
-                                      struct vw_submission *submission, const struct vw_field_chunk *chunk) {
+                                      struct vw_submission *submission, const struct vw_push_samples *chunk) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
         if (kind->record_chunk_gradient) kind->record_chunk_gradient(model, effects->sets[i].passes, submission, chunk);
@@ -272,7 +253,7 @@ void vw_effects_record_update(const struct vw_model *model, const struct vw_effe
 void vw_effects_list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     for (uint32_t i = 0; i < work->model->effect_count; i++) {
         const struct vw_effect_kind *kind = work->model->effects[i];
-        if (kind->list_costs && (!work->of_picture || kind->record_chunk || kind->ray_gradient))
+        if (kind->list_costs && (!work->of_picture || kind->ray_gradient))
             kind->list_costs(work, costs);
     }
 }

@@ -63,20 +63,14 @@ void vw_effects_destroy_extras(const struct vw_model *model, struct vw_step_pass
 
 // ---- Recording: what the effects add to a step, in its order; see kind.h ----
 
-void vw_effects_record_begin(const struct vw_model *model, const struct vw_effect_sets *effects,
-                             struct vw_submission *submission, uint64_t number, vw_uint4 key);
 void vw_effects_record_rays(const struct vw_model *model, const struct vw_effect_sets *effects,
                             const struct vw_step_passes *step, struct vw_submission *submission,
                             const struct vw_push_rays *rays);
 // Records what a photo makes of the field, before the field sees its rays; also in an evaluator.
 void vw_effects_record_photo(const struct vw_model *model, const struct vw_effect_sets *effects,
                              struct vw_submission *submission, uint32_t view);
-// Records what precedes the field's passes over a chunk of rays; `specialization` is theirs.
-void vw_effects_record_chunk(const struct vw_model *model, const struct vw_effect_sets *effects,
-                             const struct vw_specialization *specialization, struct vw_submission *submission,
-                             const struct vw_push_samples *chunk);
 void vw_effects_record_chunk_gradient(const struct vw_model *model, const struct vw_effect_sets *effects,
-                                      struct vw_submission *submission, const struct vw_field_chunk *chunk);
+                                      struct vw_submission *submission, const struct vw_push_samples *chunk);
 void vw_effects_record_gradient(const struct vw_model *model, const struct vw_effect_sets *effects,
                                 const struct vw_step_passes *step, struct vw_submission *submission,
                                 const struct vw_push_rays *rays, uint64_t number);

@@ -3,10 +3,10 @@
 // that table (effects.h). A function left NULL does nothing; what an effect has is created, and its functions are
 // called, only where its specialization constant is not 0 (decision 7).
 //
-// Outside effects/, these files of train/ name an effect: fields/hash.c (transient, occupancy), fields/mlp.c
+// Outside effects/, these files of train/ name an effect: fields/hash.c and fields/mlp.c
 // (transient), field.c (unbounded), importance.c (transient, appearance_code, appearance_encoder), model.c (transient,
-// occupancy, sky, background, unbounded, wide_box), gradient_passes.c and volume_step.c (transient),
-// adjoint/kept_steps.c (occupancy), trainer_outputs.c (appearance). The list is of train/ only.
+// sky, background, unbounded, wide_box), gradient_passes.c and volume_step.c (transient),
+// trainer_outputs.c (appearance). The list is of train/ only.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 
@@ -15,8 +15,7 @@
 #include "train/initial_values.h"
 #include "viewworth/train.h"
 
-struct vw_field_chunk; // fields/registry.h, and so on
-struct vw_model;
+struct vw_model; // model.h, and so on
 struct vw_pass_costs;
 struct vw_scene;
 struct vw_step_passes;
@@ -36,11 +35,6 @@ struct vw_effect_buffer {
         VW_EFFECT_CARRIED = 1,  // part of the training's state: one step leaves it to the next
         VW_EFFECT_OF_FIELD = 2, // rendering needs it too, so the field owns it; otherwise a step does
     } use;
-};
-
-struct vw_effect_shader {
-    const struct vw_shader *shader;
-    const struct vw_shader *half; // used instead when the grid is float16; NULL: the same
 };
 
 // The passes of an effect in one use, in the order of the effect's `shaders`; the last is its `update`.
@@ -77,7 +71,7 @@ struct vw_effect_kind {
     bool fits_views;        // validation fits a gain and a bias to each view
     bool binds_ray_buffers; // the variants VW_RAY_EFFECTS of the passes over rays bind its buffers
     // Passes of a step; where sees_photos, the first photo_pass_count of them also of an evaluator.
-    struct vw_effect_shader shaders[VW_EFFECT_PASSES_MAX];
+    const struct vw_shader *shaders[VW_EFFECT_PASSES_MAX];
     uint32_t photo_pass_count;
     bool (*updates)(const struct vw_model *model); // whether there is an update; NULL: yes
     const struct vw_shader *update; // moves what belongs to the step's photo, before update_weights, in one workgroup
@@ -112,18 +106,14 @@ struct vw_effect_kind {
     void (*destroy)(struct vw_step_passes *step);
 
     // In the order in which a step records them.
-    void (*record_begin)(struct vw_pass *const *passes, struct vw_submission *submission, uint64_t number,
-                         vw_uint4 key);
     void (*record_rays)(const struct vw_step_passes *step, struct vw_pass *const *passes,
                         struct vw_submission *submission,
                         const struct vw_push_rays *rays); // after generate_rays
     void (*record_photo)(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *submission,
                          uint32_t view); // before the field sees rays; in a step, which knows its photo, `view` is 0
-    void (*record_chunk)(struct vw_pass *const *passes, struct vw_submission *submission,
-                         const struct vw_push_samples *chunk); // before the field's forward pass
     void (*record_chunk_gradient)(const struct vw_model *model, struct vw_pass *const *passes,
                                   struct vw_submission *submission,
-                                  const struct vw_field_chunk *chunk); // after the field's backward pass
+                                  const struct vw_push_samples *chunk); // after the field's backward pass
     void (*record_gradient)(const struct vw_step_passes *step, struct vw_pass *const *passes,
                             struct vw_submission *submission, const struct vw_push_rays *rays,
                             uint64_t number); // after the last chunk

@@ -38,13 +38,10 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
 }
 
 static void record_chunk_gradient(const struct vw_model *model, struct vw_pass *const *passes,
-                                  struct vw_submission *submission, const struct vw_field_chunk *chunk) {
-    uint64_t samples = (uint64_t)chunk->rays->ray_count * model->specialization.samples;
-    if (chunk->kept) // as backward_field
-        vw_submission_dispatch_indirect(submission, passes[POSITIONS], NULL, 0, chunk->kept,
-                                        offsetof(struct vw_kept, field_groups));
-    else vw_submission_dispatch(submission, passes[POSITIONS], NULL, 0, samples);
-    vw_submission_dispatch(submission, passes[GRADIENT], chunk->rays, sizeof *chunk->rays, chunk->rays->ray_count);
+                                  struct vw_submission *submission, const struct vw_push_samples *chunk) {
+    uint64_t samples = (uint64_t)chunk->ray_count * model->specialization.samples;
+    vw_submission_dispatch(submission, passes[POSITIONS], NULL, 0, samples);
+    vw_submission_dispatch(submission, passes[GRADIENT], chunk, sizeof *chunk, chunk->ray_count);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
@@ -52,7 +49,7 @@ static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *
     double position = sizeof(vw_float4), d_position = sizeof(vw_float4), d_encoding = 16 * n.encoding4;
     const struct vw_pass_cost passes[] = {
         {"gradient_positions", NULL, work->chunks, n.samples * 8 * n.gathers,
-         n.samples * (position + d_encoding + n.pair_bytes * n.gathers + d_position)},
+         n.samples * (position + d_encoding + VW_GRID_PAIR_BYTES * n.gathers + d_position)},
         {"gradient_pose", NULL, work->chunks, n.samples * 9,
          n.samples * (position + d_position) + n.rays * sizeof(struct vw_pose)},
         {"update_pose", NULL, 1, 0, n.rays * sizeof(struct vw_pose)},
@@ -65,8 +62,8 @@ const struct vw_effect_kind vw_effect_pose = {
     .constant = VW_EFFECT_CONSTANT(pose),
     .adjoint = VW_ADJOINT_REFUSES, // it does not know how cameras move
     .training_alone = true,
-    .shaders = {[POSITIONS] = {&vw_shader_gradient_positions, &vw_shader_gradient_positions_half},
-                [GRADIENT] = {&vw_shader_gradient_pose}},
+    .shaders = {[POSITIONS] = &vw_shader_gradient_positions,
+                [GRADIENT] = &vw_shader_gradient_pose},
     .update = &vw_shader_update_pose,
     .ranges = {VW_SLOT_POSES},
     .lay_out_ranges = lay_out_ranges,

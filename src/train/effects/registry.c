@@ -35,15 +35,10 @@ static const struct vw_effect effects[] = {
     // need columns and passes of its own.
     {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = on_request, .requires = "appearance",
      .on_request = true},
-    // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
-    {.name = "occupancy", .constant = CONSTANT(occupancy), .conflicts = {{.name = "unbounded"}},
-     .meaning = on_request, .on_request = true},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
-    // Skipping leaves out samples where the field itself is empty, which may contain what one photo alone shows;
-    // visibility says the same of whole rays, by another loss.
+    // Visibility says of whole rays what transient says of samples, by another loss.
     {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true,
-     .conflicts = {{.name = "occupancy", .refusal = "occupancy cannot be beside transient; leave one of them out"},
-                   {.name = "visibility", .refusal = "visibility cannot be beside transient; leave one of them out"}}},
+     .conflicts = {{.name = "visibility", .refusal = "visibility cannot be beside transient; leave one of them out"}}},
     // All three leave out of the loss what others contradict, and uncertainty takes the slots of visibility.
     {.name = "uncertainty", .constant = CONSTANT(uncertainty), .of_splats = true, .meaning = on_request,
      .on_request = true,
@@ -65,13 +60,13 @@ _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects tha
 
 // The effects of the table above that have params, buffers or passes of their own; each in its own file.
 extern const struct vw_effect_kind vw_effect_sky, vw_effect_appearance, vw_effect_transient, vw_effect_appearance_code,
-    vw_effect_visibility, vw_effect_uncertainty, vw_effect_pose, vw_effect_appearance_encoder, vw_effect_occupancy;
+    vw_effect_visibility, vw_effect_uncertainty, vw_effect_pose, vw_effect_appearance_encoder;
 
 const struct vw_effect_kind *const vw_effect_kinds[] = {&vw_effect_sky,        &vw_effect_appearance,
                                                         &vw_effect_transient,  &vw_effect_appearance_code,
                                                         &vw_effect_visibility, &vw_effect_uncertainty,
                                                         &vw_effect_pose,       &vw_effect_appearance_encoder,
-                                                        &vw_effect_occupancy,  NULL};
+ NULL};
 _Static_assert(VW_ARRAY_COUNT(vw_effect_kinds) - 1 <= VW_EFFECT_COUNT_MAX, "more kinds than effects");
 
 static int find_effect(struct vw_word name) {
@@ -210,14 +205,7 @@ static enum vw_status follow_splats(const struct vw_config *config, struct vw_ef
 }
 
 static enum vw_status follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts, uint32_t count) {
-    char refusal[128] = "occupancy is not there with --importance-samples above 0; leave it out";
-    if (config->field == VW_FIELD_SPLATS) return follow_splats(config, verdicts, count);
-    bool skips = vw_field_kind_of(config->field)->skips_samples;
-    if (skips && !config->importance_samples) return VW_OK;
-    if (!skips)
-        snprintf(refusal, sizeof refusal, "occupancy is not there with --field %s; leave it out",
-                 vw_field_name(config->field));
-    return switch_off(config, verdicts, count, "occupancy", refusal, false);
+    return config->field == VW_FIELD_SPLATS ? follow_splats(config, verdicts, count) : VW_OK;
 }
 
 // Refuses effects that the config cannot have.

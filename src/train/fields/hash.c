@@ -15,9 +15,7 @@
 #include "train/passes.h"
 
 enum {
-    ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
-    FLOAT_PAIR_BYTES = 8,  // a feature pair
-    HALF_PAIR_BYTES = 4,
+    ALIGNMENT_BYTES = 256,    // the largest offset alignment Vulkan allows a device to ask for
     HEAD_DEPTH = 2,           // layers of the effect transient's head before its last, as wide as the networks
     WALK_SAMPLES_MAX = 32767, // loops take up to twice as many trips, of which some drivers take no more
 };
@@ -35,7 +33,7 @@ static uint32_t encoding4_of(const struct vw_model *model) {
 // Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
 // begin at any level.
 static void lay_out_levels(const struct vw_config *config, struct vw_model *model) {
-    uint64_t table = UINT64_C(1) << config->log2_table, alignment_pairs = ALIGNMENT_BYTES / model->pair_bytes;
+    uint64_t table = UINT64_C(1) << config->log2_table, alignment_pairs = ALIGNMENT_BYTES / VW_GRID_PAIR_BYTES;
     for (uint32_t level = 0; level < config->levels; level++) {
         uint64_t resolution = (uint64_t)floor(config->base_resolution * pow(config->growth, level) + 1e-6);
         uint64_t lattice = (resolution + 1) * (resolution + 1) * (resolution + 1);
@@ -46,9 +44,6 @@ static void lay_out_levels(const struct vw_config *config, struct vw_model *mode
         model->specialization.first_pair[level] = model->pair_count;
         model->param_count += entries * config->features;
         model->pair_count += (uint32_t)round_up(entries * config->features / 2, alignment_pairs);
-        model->drawn_pair[level + 1] =
-            model->drawn_pair[level] +
-            (uint32_t)round_up(entries * config->features / 2, ALIGNMENT_BYTES / FLOAT_PAIR_BYTES);
     }
 }
 
@@ -99,7 +94,7 @@ static void lay_out_weights(struct vw_model *model) {
     model->row_bytes = VW_ROW_BYTES;
     model->grid_row_count = VW_GRID_ROW_COUNT(encoding4);
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
-    model->grid = (struct vw_param_range){0, model->pair_bytes * (uint64_t)model->pair_count};
+    model->grid = (struct vw_param_range){0, VW_GRID_PAIR_BYTES * (uint64_t)model->pair_count};
     model->weights = (struct vw_param_range){model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
     // Codes shift the weights of the colour network's input 0, which is constant: the third matrix, see mlp.glsl.
     s->shift_column = 4 * width4 * (encoding4 + GEO4);
@@ -108,15 +103,13 @@ static void lay_out_weights(struct vw_model *model) {
 
 static void lay_out(const struct vw_config *config, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
-    model->half_grid = config->table_precision == VW_TABLE_FLOAT16;
-    model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
     s->levels = config->levels;
     s->feature_pairs = config->features / 2;
     s->table_mask = (1u << config->log2_table) - 1;
     s->width4 = config->width / 4;
     lay_out_levels(config, model);
     lay_out_weights(model);
-    model->drawn_before_weights = 2 * (uint64_t)model->drawn_pair[s->levels];
+    model->drawn_before_weights = 2 * (uint64_t)model->pair_count;
 }
 
 // ---- Device ---------------------------------------------------------------------------------------------------------
@@ -172,32 +165,12 @@ static enum vw_status fit(const struct vw_config *config, const struct vw_device
     return lay_out_windows(config, limits, model);
 }
 
-// ---- Initial values: grid uniform in +-1e-4 (as halves: rounded to them), weights uniform for unit gain -----------
-
-static void fill_halves(uint16_t *halves, uint64_t count, uint64_t first_index, uint64_t seed) {
-    for (uint64_t i = 0; i < count; i += 4) {
-        float values[4];
-        vw_fill_uniform(values, 4, first_index + i, GRID_SCALE, seed);
-        for (uint64_t j = 0; j < 4; j++) halves[i + j] = vw_half_nearest(values[j]);
-    }
-}
-
-// Fills the grid, whose draws come first. Levels have whole fours; where a level of halves has more padding, it is 0.
-static void fill_grid(const struct vw_model *model, uint64_t seed, void *grid) {
-    memset(grid, 0, model->grid.size_bytes);
-    for (uint32_t level = 0; level < model->specialization.levels; level++) {
-        uint64_t first = 2 * (uint64_t)model->specialization.first_pair[level],
-                 first_drawn = 2 * (uint64_t)model->drawn_pair[level];
-        uint64_t count = 2 * (uint64_t)model->drawn_pair[level + 1] - first_drawn;
-        if (model->half_grid) fill_halves((uint16_t *)grid + first, count, first_drawn, seed);
-        else vw_fill_uniform((float *)grid + first, count, first_drawn, GRID_SCALE, seed);
-    }
-}
+// ---- Initial values: grid uniform in +-1e-4, weights uniform for unit gain -----------
 
 static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
     uint32_t width4 = model->specialization.width4;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
-    fill_grid(model, drawn->seed, params);
+    vw_fill_uniform(params, 2 * (uint64_t)model->pair_count, 0, GRID_SCALE, drawn->seed);
     float *next = vw_fill_matrix(weights, drawn, width4, encoding4_of(model));
     next = vw_fill_matrix(next, drawn, GEO4, width4);
     next = vw_fill_matrix(next, drawn, width4, COLOUR4);
@@ -254,7 +227,7 @@ static enum vw_status create_passes(const struct vw_radiance_field *field, const
     const struct vw_model *model = field->model;
     bool transient = passes->specialization.effect_transient;
     const struct vw_pass_row rows[] = {
-        {model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field, &passes->passes[HASH_FORWARD]},
+        {&vw_shader_forward_field, &passes->passes[HASH_FORWARD]},
         {transient ? &vw_shader_backward_field_transient : &vw_shader_backward_field, &passes->passes[HASH_BACKWARD]},
         {&vw_shader_gradient_weights, &passes->passes[HASH_GRADIENT]},
         {&vw_shader_reduce_weights, &passes->passes[HASH_REDUCE]},
@@ -266,21 +239,10 @@ static enum vw_status create_passes(const struct vw_radiance_field *field, const
     return !status && transient ? create_head(field, params, passes) : status;
 }
 
-// Dispatches one invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found
-// (`groups`: where in vw_kept).
-static void dispatch_samples(const struct vw_field_passes *passes, struct vw_submission *submission,
-                             const struct vw_field_chunk *chunk, uint32_t pass, const void *push, size_t push_bytes,
-                             uint64_t invocations, size_t groups) {
-    if (passes->specialization.effect_occupancy)
-        vw_submission_dispatch_indirect(submission, passes->passes[pass], push, push_bytes, chunk->kept, groups);
-    else vw_submission_dispatch(submission, passes->passes[pass], push, push_bytes, invocations);
-}
-
 static void record_forward(const struct vw_model *model, const struct vw_field_passes *passes,
-                           struct vw_submission *submission, const struct vw_field_chunk *chunk) {
-    uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
-    dispatch_samples(passes, submission, chunk, HASH_FORWARD, chunk->rays, sizeof *chunk->rays, samples,
-                     offsetof(struct vw_kept, field_groups));
+                           struct vw_submission *submission, const struct vw_push_samples *rays) {
+    uint64_t samples = (uint64_t)rays->ray_count * passes->specialization.samples;
+    vw_submission_dispatch(submission, passes->passes[HASH_FORWARD], rays, sizeof *rays, samples);
     if (!passes->specialization.effect_transient) return;
     struct vw_mlp_list head;
     list_head(model, &head);
@@ -289,14 +251,14 @@ static void record_forward(const struct vw_model *model, const struct vw_field_p
 }
 
 static void record_head_back(const struct vw_model *model, const struct vw_field_passes *passes,
-                             struct vw_submission *submission, const struct vw_field_chunk *chunk) {
+                             struct vw_submission *submission, const struct vw_push_samples *rays) {
     struct vw_mlp_list head;
     list_head(model, &head);
-    vw_mlp_record_layers_back(&passes->specialization, &head, head_of(passes), submission, chunk->rays);
+    vw_mlp_record_layers_back(&passes->specialization, &head, head_of(passes), submission, rays);
 }
 
 void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *submission, const struct vw_field_chunk *chunk, uint32_t samples) {
+                            struct vw_submission *submission, uint32_t samples) {
     for (uint32_t i = 0; i < model->window_count; i++) {
         const struct vw_grid_window *window = &model->windows[i];
         uint32_t levels = window->level_count;
@@ -304,27 +266,21 @@ void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_
                                        .first_level = window->first_level,
                                        .level_count = levels,
                                        .first_pair = window->first_pair};
-        if (model->scatter == SCATTER_WALK)
-            vw_submission_dispatch(submission, passes->passes[HASH_SCATTER + i], &push, sizeof push, levels);
-        else
-            dispatch_samples(passes, submission, chunk, HASH_SCATTER + i, &push, sizeof push,
-                             (uint64_t)samples * levels,
-                             offsetof(struct vw_kept, scatter_groups) + (levels - 1) * sizeof(vw_uint3));
+        vw_submission_dispatch(submission, passes->passes[HASH_SCATTER + i], &push, sizeof push,
+                               model->scatter == SCATTER_WALK ? levels : (uint64_t)samples * levels);
     }
 }
 
 static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *submission, const struct vw_field_chunk *chunk) {
-    uint32_t samples = chunk->rays->ray_count * model->specialization.samples;
+                            struct vw_submission *submission, const struct vw_push_samples *rays) {
+    uint32_t samples = rays->ray_count * model->specialization.samples;
     uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles,
              parts = model->specialization.slice_parts;
-    if (passes->specialization.effect_transient) record_head_back(model, passes, submission, chunk);
-    dispatch_samples(passes, submission, chunk, HASH_BACKWARD, NULL, 0, samples,
-                     offsetof(struct vw_kept, field_groups));
-    dispatch_samples(passes, submission, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, parts * tiles,
-                     offsetof(struct vw_kept, weight_groups));
-    vw_hash_record_scatter(model, passes, submission, chunk, samples); // first, so that it runs beside gradient_weights
-    vw_submission_dispatch(submission, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays,
+    if (passes->specialization.effect_transient) record_head_back(model, passes, submission, rays);
+    vw_submission_dispatch(submission, passes->passes[HASH_BACKWARD], NULL, 0, samples);
+    vw_submission_dispatch(submission, passes->passes[HASH_GRADIENT], rays, sizeof *rays, parts * tiles);
+    vw_hash_record_scatter(model, passes, submission, samples); // first, so that it runs beside gradient_weights
+    vw_submission_dispatch(submission, passes->passes[HASH_REDUCE], rays, sizeof *rays,
                            own_columns(model));
 }
 
@@ -341,7 +297,7 @@ static void list_forward_costs(const struct vw_model *model, const struct vw_fie
            stored = work->stores_rows ? VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES : 0;
     vw_pass_cost_add(costs, (struct vw_pass_cost){"forward_field", work->role, work->chunks,
                                                   work->samples * (16 * blocks + 2 * gathers),
-                                                  work->samples * (model->pair_bytes * gathers + stored + 16)});
+                                                  work->samples * (VW_GRID_PAIR_BYTES * gathers + stored + 16)});
     if (!work->stores_rows || !model->specialization.effect_transient) return;
     struct vw_mlp_list head;
     list_head(model, &head);
@@ -373,7 +329,6 @@ static void list_backward_costs(const struct vw_model *model, const struct vw_fi
 
 const struct vw_field_kind field_hash = {
     .name = "hash",
-    .skips_samples = true,
     .lay_out = lay_out,
     .fit = fit,
     .initialise = initialise,

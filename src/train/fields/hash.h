@@ -10,6 +10,6 @@ enum { HASH_FORWARD, HASH_BACKWARD, HASH_GRADIENT, HASH_REDUCE, HASH_SCATTER };
 
 // Records the passes that add the encoding gradients of the chunk's `samples` to the grid's gradient.
 void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *submission, const struct vw_field_chunk *chunk, uint32_t samples);
+                            struct vw_submission *submission, uint32_t samples);
 
 #endif

@@ -347,11 +347,11 @@ void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes p
 }
 
 static void record_forward(const struct vw_model *model, const struct vw_field_passes *passes,
-                           struct vw_submission *submission, const struct vw_field_chunk *chunk) {
+                           struct vw_submission *submission, const struct vw_push_samples *rays) {
     struct vw_mlp_list list;
-    uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
+    uint64_t samples = (uint64_t)rays->ray_count * passes->specialization.samples;
     vw_mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
-    vw_submission_dispatch(submission, passes->passes[ENCODE], chunk->rays, sizeof *chunk->rays, samples);
+    vw_submission_dispatch(submission, passes->passes[ENCODE], rays, sizeof *rays, samples);
     if (passes->passes[FEED]) vw_submission_dispatch(submission, passes->passes[FEED], NULL, 0, samples);
     vw_mlp_record_layers(&list, layers_of(passes), submission, samples);
     vw_submission_dispatch(submission, passes->passes[ACTIVATE], &list.heads, sizeof list.heads, samples);
@@ -405,12 +405,12 @@ void vw_mlp_record_layers_back(const struct vw_specialization *specialization, c
 }
 
 static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *submission, const struct vw_field_chunk *chunk) {
+                            struct vw_submission *submission, const struct vw_push_samples *rays) {
     struct vw_mlp_list list;
-    uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
+    uint64_t samples = (uint64_t)rays->ray_count * passes->specialization.samples;
     vw_mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
     vw_submission_dispatch(submission, passes->passes[ACTIVATE_BACK], &list.d_heads, sizeof list.d_heads, samples);
-    vw_mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), submission, chunk->rays);
+    vw_mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), submission, rays);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------

@@ -33,12 +33,6 @@ struct vw_field_pass_params {
     bool backward;
 };
 
-// The place of a chunk's samples. `kept`: vw_kept, where samples are skipped, NULL without.
-struct vw_field_chunk {
-    const struct vw_push_samples *rays;
-    struct vw_buffer *kept;
-};
-
 // The number of times that a step or a measurement calls on it.
 struct vw_field_work {
     double samples;
@@ -49,7 +43,6 @@ struct vw_field_work {
 
 struct vw_field_kind {
     const char *name;     // as --field takes it
-    bool skips_samples;   // it can do without the samples that the effect occupancy leaves out
     bool renders_in_rows; // it needs the rows of a training chunk to render, too
     // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has, and how
     // many columns a coarse network. The first to be called; the specialization has config and effects.
@@ -64,10 +57,10 @@ struct vw_field_kind {
                                     struct vw_field_passes *passes);
     // Reads VW_SLOT_RAYS and writes VW_SLOT_FIELD.
     void (*record_forward)(const struct vw_model *model, const struct vw_field_passes *passes,
-                           struct vw_submission *submission, const struct vw_field_chunk *chunk);
+                           struct vw_submission *submission, const struct vw_push_samples *rays);
     // Reads VW_SLOT_D_FIELD and writes VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
     void (*record_backward)(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *submission, const struct vw_field_chunk *chunk);
+                            struct vw_submission *submission, const struct vw_push_samples *rays);
     // Lists what these passes load, store and multiply (pass_costs.h).
     void (*list_forward_costs)(const struct vw_model *model, const struct vw_field_work *work,
                                struct vw_pass_costs *costs);

@@ -96,16 +96,16 @@ static void check_gates(const struct step_bench *bench, const char *what, uint32
 }
 
 static void check_training_sample(const struct step_bench *bench, const struct reference *reference,
-                                  const struct outputs *out, uint32_t index, uint32_t slot) {
+                                  const struct outputs *out, uint32_t slot) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows rows = step_bench_rows(bench);
     uint32_t encoding = bench->config.levels * bench->config.features, width = bench->config.width;
-    struct reference_ray ray = reference_ray_of(&out->rays[index / s->samples]);
+    struct reference_ray ray = reference_ray_of(&out->rays[slot / s->samples]);
     struct reference_sample sample;
     struct errors errors = {0};
     reference_sample_position(
-        s, &ray, index % s->samples,
-        reference_stratum_offset(s, index / s->samples, index % s->samples, vw_model_key_of_step(&bench->model, STEP)),
+        s, &ray, slot % s->samples,
+        reference_stratum_offset(s, slot / s->samples, slot % s->samples, vw_model_key_of_step(&bench->model, STEP)),
         sample.position);
     for (uint32_t axis = 0; axis < 3; axis++)
         check_value(bench->where, "position", slot, step_bench_row(bench, out->rows, rows.position, slot)[axis],
@@ -132,9 +132,8 @@ static void check_training(struct step_bench *bench, const struct reference *ref
     step_bench_gradients(bench, STEP);
     struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read_rows(bench),
                           step_bench_read(bench, bench->step.samples), step_bench_read_active(bench)};
-    uint32_t *slots = step_bench_slots(bench);
     for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
-        if (slots[sample] != REFERENCE_SKIPPED) check_training_sample(bench, reference, &out, sample, slots[sample]);
+        check_training_sample(bench, reference, &out, sample);
 }
 
 // ---- Validation -----------------------------------------------------------------------------------------------------
@@ -182,9 +181,7 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
     if (kind == INPUT_ORDINARY) return params;
     size_t features = 2 * (size_t)bench->model.pair_count,
            rest = (bench->model.param_bytes - bench->model.grid.size_bytes) / sizeof *params;
-    float *grid = test_allocate(features, sizeof *grid);
-    input_fill(kind, &random, grid, features);
-    step_bench_put_grid(bench, grid, params);
+    input_fill(kind, &random, params, features);
     if (kind == INPUT_ZERO || kind == INPUT_NEGATIVE_ZERO)
         input_fill(kind, &random, params + bench->model.weights.offset_bytes / sizeof *params, rest);
     return params;

@@ -16,7 +16,7 @@ enum { UPDATES = 4 };
 struct grid_state grid_read(struct step_bench *bench) {
     bool momentum = bench->model.specialization.momentum;
     return (struct grid_state){
-        step_bench_read_params(bench), momentum ? step_bench_read(bench, bench->step.grid_moment1) : NULL,
+        step_bench_read(bench, bench->field.params), momentum ? step_bench_read(bench, bench->step.grid_moment1) : NULL,
         step_bench_read(bench, bench->step.grid_moment2), step_bench_read(bench, bench->step.grid_visits)};
 }
 
@@ -71,12 +71,6 @@ static double step_error(const struct vw_specialization *s, double moved) {
 
 // ---- update_grid ----------------------------------------------------------------------------------------------------
 
-// Returns whether a pair would leave the halves: it then stays, as what would leave the floats does.
-static bool leaves_halves(const struct step_bench *bench, const float before[2], const double moved[2]) {
-    return bench->model.half_grid &&
-           !(isfinite(reference_half(before[0] - moved[0])) && isfinite(reference_half(before[1] - moved[1])));
-}
-
 static void expect_pair(const struct step_bench *bench, const int64_t *quanta, uint32_t number, uint64_t pair,
                         struct grid_state *reference, double moved[2]) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -94,10 +88,6 @@ static void expect_pair(const struct step_bench *bench, const int64_t *quanta, u
         moved[f] = reference_adam(s, (double)quanta[i] * s->gradient_quantum * s->inverse_rays, visits, &moment1[f],
                                   &moment2[f]);
     }
-    if (leaves_halves(bench, reference->grid + 2 * pair, moved)) {
-        moved[0] = moved[1] = 0.0;
-        return;
-    }
     for (int f = 0; f < 2; f++) {
         reference->moment2[2 * pair + (uint64_t)f] = (float)moment2[f];
         if (reference->moment1) reference->moment1[2 * pair + (uint64_t)f] = (float)moment1[f];
@@ -105,15 +95,12 @@ static void expect_pair(const struct step_bench *bench, const int64_t *quanta, u
     reference->visits[pair] = visits;
 }
 
-// Checks a feature after a step. One that is not touched may not change by a bit. A half is the nearest to a float that
-// may be off like any other.
+// Checks a feature after a step. One that is not touched may not change by a bit.
 static void check_feature(const struct step_bench *bench, uint64_t index, double before, double moved, double after) {
     double value = before - moved,
            error = step_error(&bench->model.specialization, moved) + FLOAT_ROUNDING * 2.0 * fabs(value);
     if (moved == 0.0) check_value(bench->where, "grid", index, after, before, 0.0);
-    else if (!bench->model.half_grid) check_value(bench->where, "grid", index, after, value, error);
-    else
-        check_between(bench->where, "grid", index, after, reference_half(value - error), reference_half(value + error));
+    else check_value(bench->where, "grid", index, after, value, error);
 }
 
 static void check_pair(const struct step_bench *bench, const int64_t *quanta, uint64_t pair,

@@ -53,8 +53,7 @@ void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *fl
     step_bench_write_rows(bench, rows);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     vw_submission_begin(bench->submission);
-    vw_hash_record_scatter(&bench->model, &bench->step.gradient.field, bench->submission,
-                           &(struct vw_field_chunk){.kept = bench->step.effect_buffers[VW_SLOT_KEPT]}, samples);
+    vw_hash_record_scatter(&bench->model, &bench->step.gradient.field, bench->submission, samples);
     step_bench_submit(bench);
     struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
     *flags = *after;

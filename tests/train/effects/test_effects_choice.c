@@ -29,11 +29,11 @@ static void assert_on(const char *called_for, const char *choice, const char *ex
 }
 
 TEST(evidence_lists_and_signs) {
-    assert_on(" sky occupancy ", "auto", " sky occupancy ");
-    assert_on(" sky occupancy ", "none", "");
-    assert_on(" sky occupancy ", "masks,background", " masks background ");
-    assert_on(" sky occupancy ", "-sky", " occupancy ");
-    assert_on(" sky occupancy ", "+masks,-sky", " masks occupancy ");
+    assert_on(" sky wide_box ", "auto", " sky wide_box ");
+    assert_on(" sky wide_box ", "none", "");
+    assert_on(" sky wide_box ", "masks,background", " masks background ");
+    assert_on(" sky wide_box ", "-sky", " wide_box ");
+    assert_on(" sky wide_box ", "+masks,-sky", " masks wide_box ");
 }
 
 // Effects that are not named go with what they need, and give way to what bars them; those that are named stay as
@@ -41,9 +41,9 @@ TEST(evidence_lists_and_signs) {
 TEST(effects_follow_others) {
     assert_on(" appearance appearance_code ", "-appearance", "");
     assert_on(" appearance appearance_code ", "-appearance,+appearance_code", " appearance_code ");
-    assert_on(" occupancy ", "+unbounded", " unbounded ");
-    assert_on(" occupancy ", "+unbounded,+occupancy", " unbounded occupancy ");
-    assert_on("", "unbounded,occupancy,appearance_code", " unbounded occupancy appearance_code ");
+    assert_on(" wide_box ", "+unbounded", " unbounded ");
+    assert_on(" wide_box ", "+unbounded,+wide_box", " unbounded wide_box ");
+    assert_on("", "unbounded,wide_box,appearance_code", " unbounded wide_box appearance_code ");
 }
 
 TEST(wrong_words_are_refused) {

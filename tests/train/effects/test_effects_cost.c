@@ -113,12 +113,11 @@ TEST(nothing_without_effects) {
     assert_int_equal(none.param_bytes, none.grid_and_weight_bytes);
 }
 
-// Returns whether an effect is in the list with transient, or in the one without: transient cannot be beside occupancy
-// or visibility, nor pose beside unbounded, nor appearance_encoder beside other appearance, nor uncertainty beside
+// Returns whether an effect is in the list with transient, or in the one without: transient cannot be beside
+// visibility, nor pose beside unbounded, nor appearance_encoder beside other appearance, nor uncertainty beside
 // either.
 static bool is_in(const char *effect, bool beside_transient) {
-    static const char *const not_beside[] = {"occupancy",  "visibility",      "unbounded",
-                                             "appearance", "appearance_code", "uncertainty"},
+    static const char *const not_beside[] = {"visibility", "unbounded", "appearance", "appearance_code", "uncertainty"},
                              *const apart[] = {"transient", "pose", "appearance_encoder", "uncertainty"};
     bool left_out = false;
     for (size_t i = 0; i < VW_ARRAY_COUNT(not_beside) && beside_transient; i++)

@@ -26,8 +26,8 @@ void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings
     memcpy(bindings + *count, own, sizeof own);
     *count += VW_ARRAY_COUNT(own);
     vw_field_bind(step->field, true, bindings, count);
-    if (step->places) // else those of the effect occupancy
-        bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_KEPT_SAMPLES, .buffer = step->places};
+    bindings[(*count)++] =
+        (struct vw_binding){.slot = VW_SLOT_PLACES, .buffer = step->places, .unused = !step->places};
     const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
     vw_effects_bind(step->field->model, &of_effects, bindings, count);
 }
@@ -87,19 +87,16 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
 void vw_gradient_record_forward(const struct vw_step_passes *step, const struct vw_field_passes *passes,
                                 struct vw_submission *submission, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
-    const struct vw_field_chunk samples = {chunk, step->effect_buffers[VW_SLOT_KEPT]};
-    vw_effects_record_chunk(model, &step->effects, &passes->specialization, submission, chunk);
-    model->kind->record_forward(model, passes, submission, &samples);
+    model->kind->record_forward(model, passes, submission, chunk);
 }
 
 void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
                              struct vw_submission *submission, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
-    const struct vw_field_chunk samples = {chunk, step->effect_buffers[VW_SLOT_KEPT]};
     const struct vw_specialization *s = &gradient->specialization;
     vw_submission_dispatch(submission, gradient->backward_rays, chunk, sizeof *chunk,
                            (uint64_t)chunk->ray_count * (s->effect_transient ? 1 : s->ray_lanes));
-    model->kind->record_backward(model, &gradient->field, submission, &samples);
+    model->kind->record_backward(model, &gradient->field, submission, chunk);
 }
 
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,

@@ -40,15 +40,14 @@ enum vw_status vw_importance_create(const struct vw_radiance_field *field, const
 void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
                           struct vw_submission *submission, const struct vw_push_samples *chunk) {
     if (!importance->place) return;
-    const struct vw_field_chunk samples = {.rays = chunk};
-    model->kind->record_forward(model, &importance->even, submission, &samples);
+    model->kind->record_forward(model, &importance->even, submission, chunk);
     uint64_t lanes = (uint64_t)chunk->ray_count * model->specialization.ray_lanes;
     vw_submission_dispatch(submission, importance->place, chunk, sizeof *chunk, lanes);
     if (!importance->backward_rays) return;
     // Into the buffers of the step, which its own backward_rays overwrites: so the step's loss, and the gradients of
     // the sky and of what belongs to photos, are those of the placed samples.
     vw_submission_dispatch(submission, importance->backward_rays, chunk, sizeof *chunk, lanes);
-    model->kind->record_backward(model, &importance->even, submission, &samples);
+    model->kind->record_backward(model, &importance->even, submission, chunk);
 }
 
 // Lists them without transients, which the even samples do not have.

@@ -19,7 +19,7 @@ struct vw_importance {
 };
 
 // Returns the bytes of the listed places of a chunk of rays, 0 without importance samples; bound at
-// VW_SLOT_KEPT_SAMPLES.
+// VW_SLOT_PLACES.
 uint64_t vw_importance_places_bytes(const struct vw_model *model, uint32_t rays);
 // Creates the placing for passes of this specialization. `backward_rays`: the shader that trains a coarse network, if
 // there is one; NULL where nothing is trained.

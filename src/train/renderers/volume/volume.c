@@ -75,7 +75,6 @@ static void specialise_for_device(const struct vw_device_choices *choices, const
 static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
                           const struct vw_gpu_limits *limits, struct vw_model *model) {
     const struct vw_specialization *s = &model->specialization;
-    assert(!s->effect_occupancy || (model->kind->skips_samples && !s->effect_transient)); // vw_effects_follow_field
     uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);
     enum vw_status status = choose_chunk(config, choices, limits, model);

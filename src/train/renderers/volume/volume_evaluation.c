@@ -32,7 +32,7 @@ static enum vw_status create_passes(struct vw_evaluator *evaluator) {
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
         {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples},
         {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = evaluator->places, .unused = !evaluator->places},
+        {.slot = VW_SLOT_PLACES, .buffer = evaluator->places, .unused = !evaluator->places},
     };
     uint32_t count = 5;
     vw_field_bind(evaluator->field, false, bindings, &count);
@@ -67,7 +67,7 @@ static void record_rays(const struct vw_evaluator *evaluator, struct vw_submissi
         uint32_t rays = end - first < evaluator->chunk_rays ? end - first : evaluator->chunk_rays;
         struct vw_push_samples push = {.first_ray = first, .ray_count = vw_model_pad_rays(model, rays)};
         vw_importance_record(model, &evaluator->importance, submission, &push);
-        model->kind->record_forward(model, &evaluator->passes, submission, &(struct vw_field_chunk){.rays = &push});
+        model->kind->record_forward(model, &evaluator->passes, submission, &push);
         push.ray_count = rays;
         vw_submission_dispatch(submission, evaluator->composite, &push, sizeof push,
                                (uint64_t)rays * model->specialization.ray_lanes);

@@ -44,7 +44,7 @@ static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t i
     const struct vw_radiance_field *field = step->field;
     const struct vw_grid_window *window = &field->model->windows[index];
     uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model),
-             pair = field->model->pair_bytes;
+             pair = VW_GRID_PAIR_BYTES;
     bool momentum = field->model->specialization.momentum;
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
@@ -66,9 +66,7 @@ static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t i
     };
     const struct vw_pass_params common =
         vw_pass_params_of(&field->model->specialization, bindings, VW_ARRAY_COUNT(bindings), NULL);
-    return vw_pass_create_of(&step->objects, &common,
-                             field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid,
-                             &step->update_grid[index]);
+    return vw_pass_create_of(&step->objects, &common, &vw_shader_update_grid, &step->update_grid[index]);
 }
 
 enum vw_status vw_volume_create_step_passes(struct vw_step_passes *step) {
@@ -95,8 +93,7 @@ void vw_volume_record_gradients(const struct vw_step_passes *step, struct vw_sub
     for (uint32_t first = 0; first < padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, padded_rays, first, rays->key);
         vw_gradient_record_chunk(step, &step->gradient, submission, &chunk);
-        const struct vw_field_chunk samples = {&chunk, step->effect_buffers[VW_SLOT_KEPT]};
-        vw_effects_record_chunk_gradient(model, &step->effects, submission, &samples);
+        vw_effects_record_chunk_gradient(model, &step->effects, submission, &chunk);
     }
     vw_gradient_record_end(step, &step->gradient, submission, padded_rays);
     vw_effects_record_gradient(model, &step->effects, step, submission, rays, number);
@@ -130,5 +127,5 @@ void vw_volume_list_step_costs(const struct vw_step_passes *step, struct vw_pass
     if (windows)
         vw_pass_cost_add(costs,
                          (struct vw_pass_cost){"update_grid", NULL, windows, 0,
-                                               n.pairs * (2 * grid_word_bytes + 2 * n.pair_bytes + 16 * moments + 8)});
+                                               n.pairs * (2 * grid_word_bytes + 2 * VW_GRID_PAIR_BYTES + 16 * moments + 8)});
 }
