@@ -184,89 +184,87 @@ VW_ENUM(VW_SLOT_VAL_VIEWS, 21)       // vw_ray_range per validation view
 VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in submission][1 + validation views], for the host: see reduce_loss, reduce_views
 VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
 VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vw_recipe_pixel per pixel: trace_recipe
-VW_ENUM(VW_SLOT_PEAK_FROM, 25)   // vec4: copy_memory
-VW_ENUM(VW_SLOT_PEAK_TO, 26)     // vec4: copy_memory, multiply_registers
-VW_ENUM(VW_SLOT_SKY, 27)            // vec4 [VW_SKY_COLUMNS]: rgb coefficients, a range of the params; a stub without the effect
-VW_ENUM(VW_SLOT_D_SKY, 28)          // vec4 per ray: gradient by the sky's logit; likewise
-VW_ENUM(VW_SLOT_APPEARANCE, 29)      // vw_appearance per view: a range of the params
-VW_ENUM(VW_SLOT_RENDERED, 30)        // vec4 per ray: rgb rendered, w its weight; only with APPEARANCE_FITTED, as the next
-VW_ENUM(VW_SLOT_PHOTO_SUMS, 31)      // vw_photo_sums per view
-VW_ENUM(VW_SLOT_FITS, 32)            // vw_appearance per validation view; overwritten by fit_views
-VW_ENUM(VW_SLOT_CODE_WEIGHTS, 33)    // vec4 [hidden unit][CODE4]: a range of the params
-VW_ENUM(VW_SLOT_CODES, 34)           // vec4 [view][CODE4]: a range of the params
-VW_ENUM(VW_SLOT_CODE_SHIFT, 35)      // float per hidden unit: code weights times the code of the step's photo
-VW_ENUM(VW_SLOT_CODE_WEIGHT_MOMENTS, 36) // vec4 moment1 then vec4 moment2 per vec4 of the code weights
-VW_ENUM(VW_SLOT_CODE_MOMENTS, 37)    // vw_code_moments per view
-VW_ENUM(VW_SLOT_PLACES, 38)         // float per sample of a chunk: its place, only with importance samples
-VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 39) // VW_SLOT_GRID_ROWS as RGBA32F texels
-VW_ENUM(VW_SLOT_OVERFLOW, 40)     // uint, not 0 where a param would not be finite; one per pass, VW_OVERFLOW_STRIDE apart
+VW_ENUM(VW_SLOT_SKY, 25)            // vec4 [VW_SKY_COLUMNS]: rgb coefficients, a range of the params; a stub without the effect
+VW_ENUM(VW_SLOT_D_SKY, 26)          // vec4 per ray: gradient by the sky's logit; likewise
+VW_ENUM(VW_SLOT_APPEARANCE, 27)      // vw_appearance per view: a range of the params
+VW_ENUM(VW_SLOT_RENDERED, 28)        // vec4 per ray: rgb rendered, w its weight; only with APPEARANCE_FITTED, as the next
+VW_ENUM(VW_SLOT_PHOTO_SUMS, 29)      // vw_photo_sums per view
+VW_ENUM(VW_SLOT_FITS, 30)            // vw_appearance per validation view; overwritten by fit_views
+VW_ENUM(VW_SLOT_CODE_WEIGHTS, 31)    // vec4 [hidden unit][CODE4]: a range of the params
+VW_ENUM(VW_SLOT_CODES, 32)           // vec4 [view][CODE4]: a range of the params
+VW_ENUM(VW_SLOT_CODE_SHIFT, 33)      // float per hidden unit: code weights times the code of the step's photo
+VW_ENUM(VW_SLOT_CODE_WEIGHT_MOMENTS, 34) // vec4 moment1 then vec4 moment2 per vec4 of the code weights
+VW_ENUM(VW_SLOT_CODE_MOMENTS, 35)    // vw_code_moments per view
+VW_ENUM(VW_SLOT_PLACES, 36)         // float per sample of a chunk: its place, only with importance samples
+VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 37) // VW_SLOT_GRID_ROWS as RGBA32F texels
+VW_ENUM(VW_SLOT_OVERFLOW, 38)     // uint, not 0 where a param would not be finite; one per pass, VW_OVERFLOW_STRIDE apart
 // The rest only in the adjoint (src/train/adjoint/). A block has a float for every param, laid out as the params are.
-VW_ENUM(VW_SLOT_GATHERED, 41)        // a range of a block: what gather_* writes or adds to
-VW_ENUM(VW_SLOT_PARAMS, 42)          // the params as one block
-VW_ENUM(VW_SLOT_PARAMS_BEFORE, 43)   // block: the params before a step
-VW_ENUM(VW_SLOT_PARAMS_AFTER, 44)    // block: and after it
-VW_ENUM(VW_SLOT_STEP_GRADIENT, 45)   // block: gradient of the step's mean loss
-VW_ENUM(VW_SLOT_STEP_MOMENT, 46)     // block: first moment after the step, only with momentum
-VW_ENUM(VW_SLOT_ADJOINT, 47)         // block: lambda
-VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 48)  // block: the adjoint of the first moments, only with momentum
-VW_ENUM(VW_SLOT_DIRECTION, 49)       // block: along which colours are differentiated; overwritten
-VW_ENUM(VW_SLOT_ADJOINT_SUMS, 50)      // vec4 pairs: partial sums of direct_adjoint or multiply_blocks
-VW_ENUM(VW_SLOT_ADJOINT_STATE, 51)     // vw_adjoint_state
-VW_ENUM(VW_SLOT_SEEN_AHEAD, 52)      // vec4 per ray: colours seen ahead along the direction, or of the picture of the consistency loss
-VW_ENUM(VW_SLOT_GATHERED_CODES, 53)  // gather_code's second range, of the codes
-VW_ENUM(VW_SLOT_FIT_VIEWS, 54)       // vw_ray_range per validation view: its rays that it is fitted on
+VW_ENUM(VW_SLOT_GATHERED, 39)        // a range of a block: what gather_* writes or adds to
+VW_ENUM(VW_SLOT_PARAMS, 40)          // the params as one block
+VW_ENUM(VW_SLOT_PARAMS_BEFORE, 41)   // block: the params before a step
+VW_ENUM(VW_SLOT_PARAMS_AFTER, 42)    // block: and after it
+VW_ENUM(VW_SLOT_STEP_GRADIENT, 43)   // block: gradient of the step's mean loss
+VW_ENUM(VW_SLOT_STEP_MOMENT, 44)     // block: first moment after the step, only with momentum
+VW_ENUM(VW_SLOT_ADJOINT, 45)         // block: lambda
+VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 46)  // block: the adjoint of the first moments, only with momentum
+VW_ENUM(VW_SLOT_DIRECTION, 47)       // block: along which colours are differentiated; overwritten
+VW_ENUM(VW_SLOT_ADJOINT_SUMS, 48)      // vec4 pairs: partial sums of direct_adjoint or multiply_blocks
+VW_ENUM(VW_SLOT_ADJOINT_STATE, 49)     // vw_adjoint_state
+VW_ENUM(VW_SLOT_SEEN_AHEAD, 50)      // vec4 per ray: colours seen ahead along the direction, or of the picture of the consistency loss
+VW_ENUM(VW_SLOT_GATHERED_CODES, 51)  // gather_code's second range, of the codes
+VW_ENUM(VW_SLOT_FIT_VIEWS, 52)       // vw_ray_range per validation view: its rays that it is fitted on
 // The next four only with the field mlp or the effect transient: rows of one chunk at VW_ROW_PLACE, four floats each.
-VW_ENUM(VW_SLOT_LAYER_ROWS, 55)         // inputs and outputs of layers
-VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 56)   // the same as RGBA32F texels
-VW_ENUM(VW_SLOT_D_LAYER_ROWS, 57)       // gradients by it, of the layers that the backward pass is at
-VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 58) // likewise
+VW_ENUM(VW_SLOT_LAYER_ROWS, 53)         // inputs and outputs of layers
+VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 54)   // the same as RGBA32F texels
+VW_ENUM(VW_SLOT_D_LAYER_ROWS, 55)       // gradients by it, of the layers that the backward pass is at
+VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 56) // likewise
 // The rest only with the effect visibility, see visibility.glsl; the first and the last also with uncertainty.
-VW_ENUM(VW_SLOT_VISIBILITY, 59)          // vec2 per ray: how visible or certain it is, and the gradient by that; overwritten
-VW_ENUM(VW_SLOT_PHOTO_SCALES, 60)        // vec2 per view: 2 / width and 2 / height in px
-VW_ENUM(VW_SLOT_VISIBILITY_CODES, 61)    // vec4 [view][VISIBILITY_CODE4]: a range of the params
-VW_ENUM(VW_SLOT_VISIBILITY_MOMENTS, 62)  // vw_visibility_moments per view
-VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 63) // vec4 [VISIBILITY_GROUP rays][columns of the network]: shares of its gradient; overwritten
+VW_ENUM(VW_SLOT_VISIBILITY, 57)          // vec2 per ray: how visible or certain it is, and the gradient by that; overwritten
+VW_ENUM(VW_SLOT_PHOTO_SCALES, 58)        // vec2 per view: 2 / width and 2 / height in px
+VW_ENUM(VW_SLOT_VISIBILITY_CODES, 59)    // vec4 [view][VISIBILITY_CODE4]: a range of the params
+VW_ENUM(VW_SLOT_VISIBILITY_MOMENTS, 60)  // vw_visibility_moments per view
+VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 61) // vec4 [VISIBILITY_GROUP rays][columns of the network]: shares of its gradient; overwritten
 // The rest only with the effect transient.
-VW_ENUM(VW_SLOT_TRANSIENT_CODES, 64)        // vec4 [view][TRANSIENT_CODE4]: a range of the params
-VW_ENUM(VW_SLOT_TRANSIENT_CODE_MOMENTS, 65) // vw_transient_moments per view
+VW_ENUM(VW_SLOT_TRANSIENT_CODES, 62)        // vec4 [view][TRANSIENT_CODE4]: a range of the params
+VW_ENUM(VW_SLOT_TRANSIENT_CODE_MOMENTS, 63) // vw_transient_moments per view
 // The rest only with the effect pose, see pose.glsl.
-VW_ENUM(VW_SLOT_POSES, 66)        // vw_pose per view: a range of the params
-VW_ENUM(VW_SLOT_POSE_MOMENTS, 67) // vw_pose_moments per view
-VW_ENUM(VW_SLOT_D_POSITIONS, 68)  // vec4 per sample of a chunk: gradient by its position, of the sum over rays; overwritten
-VW_ENUM(VW_SLOT_D_POSES, 69)      // vw_pose per ray: its force and its torque; overwritten
+VW_ENUM(VW_SLOT_POSES, 64)        // vw_pose per view: a range of the params
+VW_ENUM(VW_SLOT_POSE_MOMENTS, 65) // vw_pose_moments per view
+VW_ENUM(VW_SLOT_D_POSITIONS, 66)  // vec4 per sample of a chunk: gradient by its position, of the sum over rays; overwritten
+VW_ENUM(VW_SLOT_D_POSES, 67)      // vw_pose per ray: its force and its torque; overwritten
 // The rest only with the effect appearance_encoder, see encoder.glsl.
-VW_ENUM(VW_SLOT_THUMBNAILS, 70)     // vec4 [view][THUMBNAIL_PIXELS]: what the encoder sees of photos; or of a picture alone
-VW_ENUM(VW_SLOT_ENCODER_ROWS, 71)   // vec4 [ENCODER_ROWS]: activations of the photo that was encoded last; overwritten
-VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 72) // vec4 [ENCODER_ROW_MEAN]: gradients by the sums in its convolutions; overwritten
+VW_ENUM(VW_SLOT_THUMBNAILS, 68)     // vec4 [view][THUMBNAIL_PIXELS]: what the encoder sees of photos; or of a picture alone
+VW_ENUM(VW_SLOT_ENCODER_ROWS, 69)   // vec4 [ENCODER_ROWS]: activations of the photo that was encoded last; overwritten
+VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 70) // vec4 [ENCODER_ROW_MEAN]: gradients by the sums in its convolutions; overwritten
 // And of the consistency loss:
-VW_ENUM(VW_SLOT_GIVEN_ROWS, 73)     // as VW_SLOT_ENCODER_ROWS: of the photo whose code rays are rendered with
-VW_ENUM(VW_SLOT_OWN_D_WEIGHTS, 74)  // as VW_SLOT_D_WEIGHTS: of this loss alone
+VW_ENUM(VW_SLOT_GIVEN_ROWS, 71)     // as VW_SLOT_ENCODER_ROWS: of the photo whose code rays are rendered with
+VW_ENUM(VW_SLOT_OWN_D_WEIGHTS, 72)  // as VW_SLOT_D_WEIGHTS: of this loss alone
 // The rest only with splats (src/train/renderers/splats/). A sighting is a splat as one view of the list shows it.
-VW_ENUM(VW_SLOT_SPLATS, 75)          // vec4 [column][stride]: the params, see below
-VW_ENUM(VW_SLOT_SPLAT_VIEWS, 76)     // vw_splat_view
-VW_ENUM(VW_SLOT_SPLAT_TILES, 77)     // vw_splat_tile
-VW_ENUM(VW_SLOT_TILE_MAP, 78)        // uint per cell: its tile, where that tile names the cell; else it means nothing
-VW_ENUM(VW_SLOT_SPLAT_SHAPES, 79)    // vw_splat_shape per sighting; overwritten
-VW_ENUM(VW_SLOT_SIGHTING_PAIRS, 80)  // uint per sighting: its tiles, after place_pairs its first pair; pairs; sightings with pairs
-VW_ENUM(VW_SLOT_SPLATS_SEEN, 81)     // vw_splat_seen per rank
-VW_ENUM(VW_SLOT_SPLATS_DRAWN, 82)    // vec4 [rank][VW_SPLAT_DRAWN4]: x, y, conic xx, xy | conic yy, opacity, red, green | blue
-VW_ENUM(VW_SLOT_SPLAT_STATE, 83)     // vw_splat_state
-VW_ENUM(VW_SLOT_PAIR_SPLATS, 84)     // uint per pair: rank of its splat
-VW_ENUM(VW_SLOT_SORT_FROM, 85)       // uvec2 per pair: key and pair
-VW_ENUM(VW_SLOT_SORT_TO, 86)         // the same, by one more digit in order
-VW_ENUM(VW_SLOT_SORT_COUNTS, 87)     // uint [digit][block of SORT_LANES * SORT_KEYS pairs]
-VW_ENUM(VW_SLOT_TILE_RANGES, 88)     // vw_tile_range per tile
-VW_ENUM(VW_SLOT_D_COLOURS, 89)       // vec4 per ray: gradient by rgb and by what is left, of the sum over rays
-VW_ENUM(VW_SLOT_D_PAIRS, 90)         // vec4 [pair][VW_SPLAT_PAIR4]: moments and colour, see blending.glsl; overwritten
-VW_ENUM(VW_SLOT_D_SPLATS, 91)        // vec4 [column][stride]: by rank; w of the column of scales is 1 where a pixel shows it
-VW_ENUM(VW_SLOT_SPLAT_MOMENT1, 92)   // vec4 [column][stride], only with momentum
-VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 93)   // vec4 [column][stride]; w of scales and of harmonics: their own step counts
-VW_ENUM(VW_SLOT_BLENDED, 94)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
-VW_ENUM(VW_SLOT_SHOWN, 95)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
-VW_ENUM(VW_SLOT_D_WINDOWS, 96)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
-VW_ENUM(VW_SLOT_FEATURES, 97)       // vec4 [as VW_SLOT_PIXELS][FEATURE4], written by the host; only with the effect uncertainty
-VW_ENUM(VW_SLOT_PHOTOS, 98)         // uint: photos as the host has them, see src/train/device_photos.h
-VW_ENUM(VW_SLOT_COUNT, 99)
+VW_ENUM(VW_SLOT_SPLATS, 73)          // vec4 [column][stride]: the params, see below
+VW_ENUM(VW_SLOT_SPLAT_VIEWS, 74)     // vw_splat_view
+VW_ENUM(VW_SLOT_SPLAT_TILES, 75)     // vw_splat_tile
+VW_ENUM(VW_SLOT_TILE_MAP, 76)        // uint per cell: its tile, where that tile names the cell; else it means nothing
+VW_ENUM(VW_SLOT_SPLAT_SHAPES, 77)    // vw_splat_shape per sighting; overwritten
+VW_ENUM(VW_SLOT_SIGHTING_PAIRS, 78)  // uint per sighting: its tiles, after place_pairs its first pair; pairs; sightings with pairs
+VW_ENUM(VW_SLOT_SPLATS_SEEN, 79)     // vw_splat_seen per rank
+VW_ENUM(VW_SLOT_SPLATS_DRAWN, 80)    // vec4 [rank][VW_SPLAT_DRAWN4]: x, y, conic xx, xy | conic yy, opacity, red, green | blue
+VW_ENUM(VW_SLOT_SPLAT_STATE, 81)     // vw_splat_state
+VW_ENUM(VW_SLOT_PAIR_SPLATS, 82)     // uint per pair: rank of its splat
+VW_ENUM(VW_SLOT_SORT_FROM, 83)       // uvec2 per pair: key and pair
+VW_ENUM(VW_SLOT_SORT_TO, 84)         // the same, by one more digit in order
+VW_ENUM(VW_SLOT_SORT_COUNTS, 85)     // uint [digit][block of SORT_LANES * SORT_KEYS pairs]
+VW_ENUM(VW_SLOT_TILE_RANGES, 86)     // vw_tile_range per tile
+VW_ENUM(VW_SLOT_D_COLOURS, 87)       // vec4 per ray: gradient by rgb and by what is left, of the sum over rays
+VW_ENUM(VW_SLOT_D_PAIRS, 88)         // vec4 [pair][VW_SPLAT_PAIR4]: moments and colour, see blending.glsl; overwritten
+VW_ENUM(VW_SLOT_D_SPLATS, 89)        // vec4 [column][stride]: by rank; w of the column of scales is 1 where a pixel shows it
+VW_ENUM(VW_SLOT_SPLAT_MOMENT1, 90)   // vec4 [column][stride], only with momentum
+VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 91)   // vec4 [column][stride]; w of scales and of harmonics: their own step counts
+VW_ENUM(VW_SLOT_BLENDED, 92)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
+VW_ENUM(VW_SLOT_SHOWN, 93)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
+VW_ENUM(VW_SLOT_D_WINDOWS, 94)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
+VW_ENUM(VW_SLOT_FEATURES, 95)       // vec4 [as VW_SLOT_PIXELS][FEATURE4], written by the host; only with the effect uncertainty
+VW_ENUM(VW_SLOT_PHOTOS, 96)         // uint: photos as the host has them, see src/train/device_photos.h
+VW_ENUM(VW_SLOT_COUNT, 97)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -495,10 +493,6 @@ struct vw_push_codes {       // spread_photo in its codes form
     float slope;             // slope of the sum over rays by one number of a code
 };
 
-struct vw_push_peak {     // multiply_registers
-    float start, factor;
-};
-
 VW_ENUM(VW_MULTIPLY_ADDS, 1)  // to what the rows hold; else to the biases, and back to 0
 VW_ENUM(VW_MULTIPLY_GATES, 2) // and then takes the ReLU, or back lets pass where it was above 0
 VW_ENUM(VW_MULTIPLY_SHIFTS, 4) // to the biases as the photo's code shifts them
@@ -514,8 +508,6 @@ VW_ENUM(VW_ALL_VIEWS, 0x7fffffff) // in place of a view's index
 VW_ENUM(VW_NO_ROW, 0x7fffffff)    // in place of a row of the scalars
 VW_ENUM(VW_ADJOINT_GROUPS, 128)    // workgroups of direct_adjoint and multiply_blocks, whose partial sums reduce_adjoint adds
 VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
-VW_ENUM(VW_PEAK_TRIPS, 128)   // trips of the loop in multiply_registers
-VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 
 // The place of a sample's part of a row among the activation rows: workgroup by workgroup of VW_FIELD_GROUP samples, so that a workgroup
 // writes one piece of memory. Its rows lie a little more than a power of two apart, since otherwise a sample's values in all rows would

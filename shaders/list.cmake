@@ -86,5 +86,3 @@ viewworth_add_shader(splats/blend_tiles_back)
 viewworth_add_shader(splats/backward_splats)
 viewworth_add_shader(splats/update_splats)
 viewworth_add_shader(recipe/trace_recipe) # draws the photos of recipes
-viewworth_add_shader(device/multiply_registers) # measures what the device can do, as does
-viewworth_add_shader(device/copy_memory)

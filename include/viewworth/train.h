@@ -31,10 +31,10 @@ enum vw_background_form {
 // The draws that a run's seed decides (decision 12). When it decides one kind of draws only, the base seed decides the
 // others. The pixels that validation uses are the same in all runs, whatever their seeds, unless they are named.
 enum vw_vary {
-    VW_VARY_ALL,    // order, pixels and initial params
-    VW_VARY_ORDER,  // the order of the photos in every epoch
-    VW_VARY_PIXELS, // the pixels of every step (resampled ones too), jitter, random backgrounds
-    VW_VARY_INIT,   // the initial params
+    VW_VARY_ALL,            // order, pixels and initial params
+    VW_VARY_ORDER,          // the order of the photos in every epoch
+    VW_VARY_PIXELS,         // the pixels of every step (resampled ones too), jitter, random backgrounds
+    VW_VARY_INIT,           // the initial params
     VW_VARY_VALIDATION,     // the validation pixels, those that appearance is fitted on too; nothing of the training
     VW_VARY_ALL_VALIDATION, // all, and the validation pixels
 };
@@ -135,12 +135,12 @@ void vw_config_settle_decay(struct vw_config *config);
 // Sets the number of epochs, and the decay of the rate to the same share of them.
 void vw_config_set_epochs(struct vw_config *config, uint32_t epochs);
 
-const char *vw_field_name(enum vw_field field);                         // "hash", "mlp", "splats"
-const char *vw_loss_name(enum vw_loss loss);                            // "l1", "l2", "huber"
-const char *vw_optimizer_name(enum vw_optimizer optimizer);             // "lazy-adam", "dense-adam", "sgd"
-const char *vw_background_name(enum vw_background_form form);           // "fixed", "random"
-const char *vw_vary_name(enum vw_vary vary);                            // "all", "order", ..., "all,validation"
-const char *vw_coarse_network_name(enum vw_coarse_network network);     // "shared", "own"
+const char *vw_field_name(enum vw_field field);                     // "hash", "mlp", "splats"
+const char *vw_loss_name(enum vw_loss loss);                        // "l1", "l2", "huber"
+const char *vw_optimizer_name(enum vw_optimizer optimizer);         // "lazy-adam", "dense-adam", "sgd"
+const char *vw_background_name(enum vw_background_form form);       // "fixed", "random"
+const char *vw_vary_name(enum vw_vary vary);                        // "all", "order", ..., "all,validation"
+const char *vw_coarse_network_name(enum vw_coarse_network network); // "shared", "own"
 
 // ---- Effects (decision 7) ----
 

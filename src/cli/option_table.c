@@ -16,8 +16,8 @@ static const char *floor_choice(uint32_t choice) { return choice == VW_PAYOUT_FL
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_background_form) == sizeof(uint32_t) &&
-                   sizeof(enum vw_equal) == sizeof(uint32_t) &&
-                   sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t) &&
+                   sizeof(enum vw_equal) == sizeof(uint32_t) && sizeof(enum vw_field) == sizeof(uint32_t) &&
+                   sizeof(enum vw_coarse_network) == sizeof(uint32_t) &&
                    sizeof(enum vw_payout_floor) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
@@ -283,7 +283,7 @@ const struct vw_option vw_option_table[] = {
      "Stop at the end of an epoch once the scores rank the photos as they did after half the epochs, with at least "
      "this Spearman correlation, below 1; 0: never",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(REAL, until_stable)},
-    {"profile", NULL, "Also measure the time, memory traffic and arithmetic of every GPU pass", VW_OPTIONS_ONE_RUN,
+    {"profile", NULL, "Also measure the time of every GPU pass, trial runs included", VW_OPTIONS_ONE_RUN,
      VW_SECTION_TIME, OPTION(FLAG, profile)},
 
     // More scores.

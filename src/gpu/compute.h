@@ -150,13 +150,4 @@ struct vw_gpu_timer {
 // timers.
 const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *count);
 
-// ---- Peak throughput ------------------------------------------------------------------------------------------------
-
-// The device's peak rates when it does nothing else, measured in about a second, as a reference for times.
-struct vw_gpu_peaks {
-    double multiply_adds_per_s; // fused, of floats in registers
-    double copy_bytes_per_s;    // read plus written, of buffers larger than caches
-};
-enum vw_status vw_gpu_measure_peaks(struct vw_gpu *gpu, struct vw_gpu_peaks *peaks);
-
 #endif

@@ -1,6 +1,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/clock.h"
 #include "run/out_folder.h"
@@ -134,13 +135,20 @@ static void release(struct vw_run *run, uint64_t last_step) {
     vw_trainer_stop_after(run->trainer, run->stop_step < last_step ? run->stop_step : last_step);
 }
 
+// Notes what the timers found, if the device has any.
+static void keep_timers(struct vw_run *run) {
+    uint32_t count;
+    const struct vw_gpu_timer *timers = vw_gpu_timers(run->gpu, &count);
+    run->results.pass_count = count < VW_TIMED_PASSES_MAX ? count : VW_TIMED_PASSES_MAX;
+    if (count) memcpy(run->results.passes, timers, run->results.pass_count * sizeof *timers);
+}
+
 // Ends the steps. Does not save the end twice: an older checkpoint is worth more than a second one of the same step.
 static void end_steps(struct vw_run *run) {
     run->over = true;
     vw_run_save_checkpoint(run);
     report_progress(run, run->results.statistics.steps);
-    if (run->wants_profile && vw_profile_make(run->trainer, run->gpu, &run->results.profile))
-        vw_log_warning("--profile: %s", vw_error_message()); // no reason to fail the run
+    keep_timers(run);
 }
 
 // Asks the stop rules while nothing is in flight and the trainer is where it was released to.

@@ -2,10 +2,10 @@
 #ifndef VIEWWORTH_RUN_RUN_H
 #define VIEWWORTH_RUN_RUN_H
 
+#include "gpu/compute.h"
 #include "run/lasting/lasting_summary.h"
 #include "run/outputs/run_outputs.h"
 #include "run/plan/plan.h"
-#include "run/profile.h"
 #include "run/scoring.h"
 #include "run/session.h"
 #include "value/stability.h"
@@ -28,6 +28,8 @@ enum vw_status vw_run_step(struct vw_run *run, bool *ended);
 // finished when it was opened and has no steps left.
 enum vw_status vw_run_score(struct vw_run *run);
 
+enum { VW_TIMED_PASSES_MAX = 96 };
+
 // The results of a run, which it owns and fills on its way.
 struct vw_run_results {
     char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
@@ -37,11 +39,12 @@ struct vw_run_results {
     const struct vw_config *config;
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
-    struct vw_step_statistics statistics; // counts steps in the ledger and at the writer
-    struct vw_plan plan;                  // without a record: neither an accuracy level nor a budget chose
-    double until_stable;                  // 0: stability is not measured
-    struct vw_stability stability;        // at the last look; all 0 without until_stable
-    struct vw_profile profile;            // without rows: not asked for
+    struct vw_step_statistics statistics;            // counts steps in the ledger and at the writer
+    struct vw_plan plan;                             // without a record: neither an accuracy level nor a budget chose
+    double until_stable;                             // 0: stability is not measured
+    struct vw_stability stability;                   // at the last look; all 0 without until_stable
+    struct vw_gpu_timer passes[VW_TIMED_PASSES_MAX]; // times of passes; none unless params.profile
+    uint32_t pass_count;
     // Only in a validated run, but for outputs.has_splats:
     struct vw_scoring scoring;
     struct vw_run_outputs outputs;

@@ -52,7 +52,6 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->resume = params->resume;
     run->validate = !params->train_only;
     run->report = params->report;
-    run->wants_profile = params->profile;
     run->lasting = params->lasting;
     run->results.until_stable = params->until_stable;
     run->progress = params->progress;

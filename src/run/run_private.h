@@ -19,7 +19,7 @@ struct vw_run {
     struct vw_config config;  // its epochs follow a run that keeps a budget
     char *out;                // owned
     char *scene_options_json; // owned
-    bool resume, validate, wants_profile;
+    bool resume, validate;
     struct vw_report_options report;
     struct vw_lasting_options lasting;
     struct vw_payout_request payout;

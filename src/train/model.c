@@ -16,8 +16,7 @@ _Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM &&
                    (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM && (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
                "optimisers differ");
 _Static_assert((int)RANDOM_PIXEL == VW_RANDOM_PIXEL && (int)RANDOM_JITTER == VW_RANDOM_JITTER &&
-                   (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND &&
-                   (int)RANDOM_IMPORTANCE == VW_RANDOM_IMPORTANCE,
+                   (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND && (int)RANDOM_IMPORTANCE == VW_RANDOM_IMPORTANCE,
                "random purposes differ");
 
 static void specialise(const struct vw_config *config, struct vw_model *model) {

@@ -46,7 +46,8 @@ struct vw_model {
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
     bool awaits_params; // a file will bring them: take_from_scene() is not called
-    struct vw_param_range grid, weights; // grid: VW_GRID_PAIR_BYTES per feature pair, empty without one; weights: vec4 columns
+    struct vw_param_range grid,
+        weights; // grid: VW_GRID_PAIR_BYTES per feature pair, empty without one; weights: vec4 columns
     // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
     // field lays them out, moved as weights are.
     struct vw_param_range coarse;
@@ -67,8 +68,8 @@ struct vw_model {
     struct vw_splat_model splats; // used by the renderer splats alone
     uint32_t patch_side;          // validation looks at squares of so many pixels along a side; 1: at single pixels
     uint64_t param_bytes;
-    uint64_t param_count; // trainable numbers, without padding
-    uint32_t pair_count;  // pairs of all levels, with padding
+    uint64_t param_count;          // trainable numbers, without padding
+    uint32_t pair_count;           // pairs of all levels, with padding
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
     uint32_t weight_columns;       // columns of the networks, including the head of the effect transient
     uint32_t moved_columns;        // by update_weights: theirs, those of effects, and coarse ones

@@ -7,7 +7,6 @@
 #include <stdint.h>
 
 #include "train/device_choices.h"
-#include "train/pass_costs.h"
 #include "train/shared_submissions.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
@@ -102,9 +101,6 @@ struct vw_camera_corrections {
 };
 enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
                                              struct vw_camera_corrections *corrections);
-
-// Lists what the passes of a step with its validation cost.
-void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_costs *costs);
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 

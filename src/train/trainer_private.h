@@ -1,4 +1,4 @@
-// The inside of a trainer, for trainer.c, trainer_outputs.c and step_costs.c.
+// The inside of a trainer, for trainer.c and trainer_outputs.c.
 #ifndef VIEWWORTH_TRAIN_TRAINER_PRIVATE_H
 #define VIEWWORTH_TRAIN_TRAINER_PRIVATE_H
 

@@ -476,12 +476,9 @@ static void print_limits(const struct vw_gpu_limits *l) {
     printf("| keeps NaN, timestamps | %s, %s |\n", l->keeps_nan ? "yes" : "no", l->timestamps ? "yes" : "no");
 }
 
-static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
+static void describe(struct vw_gpu *gpu, const struct setup *setup) {
     static const char *const scatter_names[] = {"64-bit atomics", "split atomics", "walk"};
     const struct vw_device_choices choices = step_setup_choose(setup, gpu);
-    struct vw_gpu_peaks peaks = {0};
-    enum vw_status status = vw_gpu_measure_peaks(gpu, &peaks);
-    if (status != VW_OK) return status;
     print_limits(vw_gpu_get_limits(gpu));
     printf("| chosen: chunk, slice, its parts | %" PRIu32 ", %" PRIu32 " samples, %" PRIu32 " |\n",
            choices.chunk_samples, choices.slice_samples, choices.slice_parts);
@@ -491,9 +488,6 @@ static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
     printf("| chosen: pixels drawn on the device | %s |\n", choices.draws_pixels ? "yes" : "no");
     printf("| chosen: texel buffers for grid, rows | %s, %s |\n", choices.grid_texel ? "yes" : "no",
            choices.rows_texel ? "yes" : "no");
-    printf("| peak: copy, multiply-adds | %.1f GB/s, %.1f G/s |\n", 1e-9 * peaks.copy_bytes_per_s,
-           1e-9 * peaks.multiply_adds_per_s);
-    return VW_OK;
 }
 
 // ---- The program ----------------------------------------------------------------------------------------------------
@@ -513,13 +507,13 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
 static enum vw_status run(const struct setup *setup) {
     struct vw_scene *scene = setup->real.path ? NULL : synthetic_scene(&setup->scene);
     struct vw_gpu *gpu = NULL;
-    const struct vw_gpu_params params = {.timers = setup->profile || setup->describe};
+    const struct vw_gpu_params params = {.timers = setup->profile};
     enum vw_status status = setup->real.path ? vw_scene_open(&setup->real, &scene) : VW_OK;
     if (status == VW_OK && setup->real.path) status = vw_scene_decode_all(scene);
     if (status == VW_OK) status = vw_gpu_open(&params, &gpu);
     if (status == VW_OK) gpu->chosen.limits.resubmits = setup->resubmits;
     if (status == VW_OK)
-        status = setup->describe    ? describe(gpu, setup)
+        status = setup->describe    ? (describe(gpu, setup), VW_OK)
                  : setup->bits      ? print_bits(gpu, scene, setup)
                  : setup->host      ? print_host(gpu, scene, setup)
                  : setup->occupancy ? print_occupancy(gpu, scene, setup)

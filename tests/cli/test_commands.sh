@@ -116,10 +116,9 @@ check "info --json says what a run would take" answers "j ->> '\$.estimate.devic
 check "and what each command costs at each level" answers "(SELECT count(*) = 20 AND max(price.value ->> 'trainings') = 64
     AND min(price.value ->> 'seconds') > 0 FROM json_each(j, '\$.prices') AS level, json_each(level.value) AS price)
     AND j ->> '\$.prices.draft.worth.seconds' < j ->> '\$.prices.reference.worth.seconds'" cat "$folder/info.json"
-check "--profile says where the time went" answers "json_array_length(j, '\$.profile.passes') = 13
-    AND abs((SELECT sum(value ->> 'share') FROM json_each(j, '\$.profile.passes')) - 1) < 1e-6
-    AND (SELECT min(value ->> 'ms' > 0 AND value ->> 'bytes_per_s' > 0) FROM json_each(j, '\$.profile.passes'))
-    AND j ->> '\$.profile.copy_bytes_per_s' > 0 AND j ->> '\$.profile.multiply_adds_per_s' > 0" \
+check "--profile says where the time went" answers "json_array_length(j, '\$.profile') > 12
+    AND abs((SELECT sum(value ->> 'share') FROM json_each(j, '\$.profile')) - 1) < 1e-6
+    AND (SELECT min(value ->> 'ms' > 0 AND value ->> 'dispatches' > 0) FROM json_each(j, '\$.profile'))" \
     "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --effects none --profile --json
 check "a level that does not fit has no price" answers "j ->> '\$.prices.reference.worth.seconds' IS NULL
     AND j ->> '\$.prices.draft.worth.seconds' > 0" "$program" info "$scene" --pilot-steps 0 --base-resolution 32 --growth 2 --levels 8 \

@@ -54,7 +54,8 @@ TEST(a_line_names_effects_with_their_reasons) {
     char line[VW_EFFECT_LINE_BYTES];
     vw_effects_to_line(verdicts, VW_ARRAY_COUNT(verdicts), line);
     assert_string_equal(
-        line, "distortion (files), unbounded (+2.2 dB), visibility (--effects); called for, but off: masks; tried: sky");
+        line,
+        "distortion (files), unbounded (+2.2 dB), visibility (--effects); called for, but off: masks; tried: sky");
     vw_effects_to_line(verdicts + 5, 1, line);
     assert_string_equal(line, "none");
 }

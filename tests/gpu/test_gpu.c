@@ -5,7 +5,6 @@
 #include "gpu/compute.h"
 #include "gpu/instance.h"
 #include "gpu/limits.h"
-#include "gpu/peak_throughput.h"
 #include "gpu/pipeline.h"
 #include "halve_double.h"
 #include "scale_values.h"
@@ -453,33 +452,6 @@ TEST(broken_spirv_is_refused) {
         ASSERT_FAILS(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &shaders[i]}, &pass),
                      VW_ERROR_DEVICE, shaders[i].name);
     }
-}
-
-// ---- Peaks ----------------------------------------------------------------------------------------------------------
-
-TEST(a_copy_is_larger_than_caches) {
-    const uint64_t mib = 1 << 20, gib = 1 << 30;
-    const struct vw_gpu_limits any = {.buffer_bytes = UINT64_MAX}, small = {.buffer_bytes = 200 * mib};
-    const struct vw_gpu_info gpu = {.kind = VW_GPU_DISCRETE, .memory_bytes = 12 * gib},
-                             integrated = {.kind = VW_GPU_INTEGRATED, .memory_bytes = 2 * gib},
-                             cpu = {.kind = VW_GPU_CPU, .memory_bytes = 64 * gib},
-                             tiny = {.kind = VW_GPU_CPU, .memory_bytes = 100 * mib};
-    assert_int_equal(vw_peak_copy_bytes(&gpu, &any, 32 * mib), gib);
-    assert_int_equal(vw_peak_copy_bytes(&gpu, &small, 32 * mib), 192 * mib);
-    assert_int_equal(vw_peak_copy_bytes(&integrated, &any, 32 * mib), 512 * mib);
-    assert_int_equal(vw_peak_copy_bytes(&cpu, &any, 96 * mib), 768 * mib);
-    assert_int_equal(vw_peak_copy_bytes(&tiny, &any, 32 * mib), 64 * mib);
-}
-
-TEST(peaks_are_measured_in_windows_of_a_binding) {
-    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
-    clamp.storage_binding_bytes = 40 << 20;
-    clamp.buffer_bytes = 64 << 20;
-    struct vw_gpu *gpu = open_clamped(&clamp);
-    struct vw_gpu_peaks peaks = {0};
-    ASSERT_OK(vw_gpu_measure_peaks(gpu, &peaks));
-    assert_true(peaks.copy_bytes_per_s > 1e6 && peaks.copy_bytes_per_s < 1e14);
-    assert_true(peaks.multiply_adds_per_s > 1e8 && peaks.multiply_adds_per_s < 1e16);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -4,20 +4,22 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "gpu/shaders.h"
-#include "interface.h"
+#include "multiply_registers.h"
 #include "support/gpu_fixture.h"
+
+static const struct vw_shader multiply_registers = {"multiply_registers", multiply_registers_code,
+                                                    sizeof multiply_registers_code};
 
 // ---- Host-bound submissions -----------------------------------------------------------------------------------------
 
-enum { PEAK_INVOCATIONS = 1 << 16 }; // a tenth of a second of two CPUs
+enum { BUSY_INVOCATIONS = 1 << 16 }; // a tenth of a second of two CPUs
 
 // Submits the pass; returns whether that was host-bound.
 static bool is_host_bound(struct vw_submission *submission, const struct vw_pass *pass, uint64_t invocations) {
-    static const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f};
+    static const float push[] = {0.25f, 0.75f}; // start and factor
     struct vw_submission_counts before = vw_gpu_submission_counts(test_gpu());
     vw_submission_begin(submission);
-    vw_submission_dispatch(submission, pass, &push, sizeof push, invocations);
+    vw_submission_dispatch(submission, pass, push, sizeof push, invocations);
     ASSERT_OK(vw_submission_submit(submission));
     struct vw_submission_counts after = vw_gpu_submission_counts(test_gpu());
     assert_int_equal(after.submitted - before.submitted, 1);
@@ -26,11 +28,10 @@ static bool is_host_bound(struct vw_submission *submission, const struct vw_pass
 
 TEST(submissions_to_a_device_that_waits_are_counted) {
     struct vw_submission *one = test_submission(test_gpu()), *other = test_submission(test_gpu());
-    struct vw_buffer *buffer = test_buffer(test_gpu(), "to", 16 * PEAK_INVOCATIONS);
-    const struct vw_binding to = {.slot = VW_SLOT_PEAK_TO, .buffer = buffer};
+    struct vw_buffer *buffer = test_buffer(test_gpu(), "to", 16 * BUSY_INVOCATIONS);
+    const struct vw_binding to = {.slot = 0, .buffer = buffer};
     const struct vw_pass *pass = test_pass(
-        test_gpu(),
-        (struct vw_pass_params){.shader = &vw_shader_multiply_registers, .bindings = &to, .binding_count = 1});
+        test_gpu(), (struct vw_pass_params){.shader = &multiply_registers, .bindings = &to, .binding_count = 1});
     uint32_t word;
     bool beside = true;
     assert_true(is_host_bound(one, pass, 1));
@@ -41,7 +42,7 @@ TEST(submissions_to_a_device_that_waits_are_counted) {
     for (int attempt = 0; attempt < 10 && beside; attempt++) { // since the host may lose its core for that long
         ASSERT_OK(vw_submission_wait(other));
         ASSERT_OK(vw_submission_wait(one));
-        assert_true(is_host_bound(one, pass, PEAK_INVOCATIONS));
+        assert_true(is_host_bound(one, pass, BUSY_INVOCATIONS));
         beside = is_host_bound(other, pass, 1);
     }
     ASSERT_OK(vw_submission_wait(other));
@@ -67,8 +68,8 @@ TEST(a_limit_that_is_no_time_is_refused) {
 // A pass that takes longer than the limit stands for a device that hangs. The report comes while it runs; what follows
 // fails at once, and nothing that it uses is destroyed, which the device would not survive.
 TEST(a_device_that_hangs_is_reported_and_closed) {
-    enum { INVOCATIONS = 1 << 27 }; // more than a second of two CPUs, many times the limit
-    static const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f};
+    enum { INVOCATIONS = 1 << 27 };             // more than a second of two CPUs, many times the limit
+    static const float push[] = {0.25f, 0.75f}; // start and factor
     struct vw_gpu *gpu = NULL;
     struct vw_submission *submission = NULL, *second = NULL;
     struct vw_pass *pass = NULL;
@@ -77,16 +78,15 @@ TEST(a_device_that_hangs_is_reported_and_closed) {
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu));
     unsetenv(LIMIT_NAME);
     ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "to", .size_bytes = 16}, &to));
-    ASSERT_OK(
-        vw_pass_create(gpu,
-                       &(struct vw_pass_params){.shader = &vw_shader_multiply_registers,
-                                                .bindings = &(struct vw_binding){.slot = VW_SLOT_PEAK_TO, .buffer = to},
-                                                .binding_count = 1},
-                       &pass));
+    ASSERT_OK(vw_pass_create(gpu,
+                             &(struct vw_pass_params){.shader = &multiply_registers,
+                                                      .bindings = &(struct vw_binding){.slot = 0, .buffer = to},
+                                                      .binding_count = 1},
+                             &pass));
     ASSERT_OK(vw_submission_create(gpu, &submission));
     ASSERT_OK(vw_submission_create(gpu, &second));
     vw_submission_begin(submission);
-    vw_submission_dispatch(submission, pass, &push, sizeof push, INVOCATIONS);
+    vw_submission_dispatch(submission, pass, push, sizeof push, INVOCATIONS);
     ASSERT_OK(vw_submission_submit(submission));
     double started_s = vw_now_s();
     ASSERT_FAILS(vw_submission_wait(submission), VW_ERROR_DEVICE_LOST,

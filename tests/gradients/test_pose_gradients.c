@@ -14,9 +14,9 @@
 #include "support/gpu_fixture.h"
 
 enum { STEP = 300, SAMPLES_MAX = 64 };
-static const double DIFFERENCE = 1e-7;                       // change of a number
-static const double POSITION_TOLERANCE = 4e-6;               // share of the sizes of what is summed
-static const double SUM_TOLERANCE = 1e-5;                    // likewise
+static const double DIFFERENCE = 1e-7;         // change of a number
+static const double POSITION_TOLERANCE = 4e-6; // share of the sizes of what is summed
+static const double SUM_TOLERANCE = 1e-5;      // likewise
 static const double GRADIENT_TOLERANCE = 2e-3; // share of the largest of a ray's, which floats have summed
 static const double LINE_TOLERANCE = 2e-6;     // box edges
 static const double MOVE_TOLERANCE = 1e-3;     // share of a step

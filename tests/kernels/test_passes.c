@@ -46,8 +46,6 @@ static const struct pass {
     {"update_grid", &vw_shader_update_grid, check_update_grid, SCATTER_ATOMICS},
     {"update_weights", &vw_shader_update_weights, check_update_weights, SCATTER_ATOMICS},
     {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, SCATTER_ATOMICS},
-    {"multiply_registers", &vw_shader_multiply_registers, check_multiply_registers, SCATTER_ATOMICS},
-    {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},
     {"predict_visibility_uncertainty", &vw_shader_predict_visibility_uncertainty, check_predict_visibility,
      SCATTER_ATOMICS},
     {"gradient_visibility_uncertainty", &vw_shader_gradient_visibility_uncertainty, check_gradient_visibility,

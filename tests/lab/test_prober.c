@@ -60,9 +60,8 @@ TEST(probes_leave_the_run_alone) {
     static const struct {
         double beta1;
         const char *effects;
-    } cases[] = {{0.9, "none"},
-                 {0.0, "appearance,appearance_code,sky,visibility"},
-                 {0.9, "appearance_encoder,transient"}};
+    } cases[] = {
+        {0.9, "none"}, {0.0, "appearance,appearance_code,sky,visibility"}, {0.9, "appearance_encoder,transient"}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = probing_config();

@@ -31,16 +31,16 @@ struct step_case {
     enum vw_loss loss;
     double huber_length; // 0: the default
     enum vw_optimizer optimizer;
-    double learning_rate;         // [0.003]
-    double beta1, beta2;          // [0], [0.99]
-    const char *effects;          // [none] as --effects lists them
-    const char *another_effect;   // [none] what a program adds to all of its cases
-    bool random_background;       // the form of the effect background
-    double beta_min;              // for transient [0.1]
-    double consistency_weight;    // with appearance_encoder [0]
-    bool wide;                    // 64-bit gradient words
-    enum vw_scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
-    bool as_on_gpus;              // the other choices as on GPUs (src/train/device_choices.c)
+    double learning_rate;                           // [0.003]
+    double beta1, beta2;                            // [0], [0.99]
+    const char *effects;                            // [none] as --effects lists them
+    const char *another_effect;                     // [none] what a program adds to all of its cases
+    bool random_background;                         // the form of the effect background
+    double beta_min;                                // for transient [0.1]
+    double consistency_weight;                      // with appearance_encoder [0]
+    bool wide;                                      // 64-bit gradient words
+    enum vw_scatter_form scatter;                   // [SCATTER_ATOMICS], whatever the device
+    bool as_on_gpus;                                // the other choices as on GPUs (src/train/device_choices.c)
     uint32_t slice_samples, slice_parts, ray_lanes; // [by these choices]
     float grid_scale;                               // the grid is uniform in +-this [0.5]
     float weight_scale; // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this

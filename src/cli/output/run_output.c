@@ -54,36 +54,33 @@ static json_t *stability_to_json(const struct vw_stability *stability, double wa
                      vw_json_real(stability->correlation), "wanted", wanted);
 }
 
-static void print_profile(const struct vw_profile *profile) {
-    const struct vw_gpu_peaks *peaks = &profile->peaks;
-    if (!profile->row_count) return;
-    vw_print("pass                              ms  share       MB    GB/s  of copy  mult-adds  G/s   of peak\n");
-    for (uint32_t i = 0; i < profile->row_count; i++) {
-        const struct vw_profile_row *row = &profile->rows[i];
+static double time_of_passes(const struct vw_run_results *results) {
+    double ms = 0;
+    for (uint32_t i = 0; i < results->pass_count; i++) ms += results->passes[i].total_ms;
+    return ms;
+}
+
+static void print_profile(const struct vw_run_results *results) {
+    if (results->pass_count) vw_print("pass                         dispatches  ms each  share\n");
+    for (uint32_t i = 0; i < results->pass_count; i++) {
+        const struct vw_gpu_timer *pass = &results->passes[i];
         char name[48];
-        snprintf(name, sizeof name, "%s%s%s", row->name, row->role ? ", " : "", row->role ? row->role : "");
-        vw_print("%-28s %7.3f  %4.1f%%  %7.2f  %6.2f  %5.0f %%", name, row->ms, 100 * row->share, 1e-6 * row->bytes,
-                 1e-9 * row->bytes_per_s, 100 * row->bytes_per_s / peaks->copy_bytes_per_s);
-        if (row->multiply_adds > 0)
-            vw_print("   %6.2f M  %5.1f     %5.0f %%", 1e-6 * row->multiply_adds, 1e-9 * row->multiply_adds_per_s,
-                     100 * row->multiply_adds_per_s / peaks->multiply_adds_per_s);
-        vw_print("\n");
+        snprintf(name, sizeof name, "%s%s%s", pass->name, pass->role ? ", " : "", pass->role ? pass->role : "");
+        vw_print("%-28s %10" PRIu64 "  %7.3f  %4.1f%%\n", name, pass->dispatches,
+                 pass->total_ms / (double)pass->dispatches, 100 * pass->total_ms / time_of_passes(results));
     }
-    vw_print("%-28s %7.3f         peaks: copy %.2f GB/s, multiply-adds %.1f G/s\n", "a step", profile->ms,
-             1e-9 * peaks->copy_bytes_per_s, 1e-9 * peaks->multiply_adds_per_s);
 }
 
-static json_t *row_to_json(const struct vw_profile_row *row) {
-    return json_pack("{s:s, s:s?, s:f, s:f, s:f, s:f, s:f, s:f}", "pass", row->name, "role", row->role, "ms", row->ms,
-                     "share", row->share, "bytes", row->bytes, "bytes_per_s", row->bytes_per_s, "multiply_adds",
-                     row->multiply_adds, "multiply_adds_per_s", row->multiply_adds_per_s);
-}
-
-static json_t *profile_to_json(const struct vw_profile *profile) {
+static json_t *profile_to_json(const struct vw_run_results *results) {
     json_t *passes = json_array();
-    for (uint32_t i = 0; i < profile->row_count; i++) vw_json_append(&passes, row_to_json(&profile->rows[i]));
-    return json_pack("{s:o, s:f, s:f, s:f}", "passes", passes, "ms", profile->ms, "copy_bytes_per_s",
-                     profile->peaks.copy_bytes_per_s, "multiply_adds_per_s", profile->peaks.multiply_adds_per_s);
+    for (uint32_t i = 0; i < results->pass_count; i++) {
+        const struct vw_gpu_timer *pass = &results->passes[i];
+        vw_json_append(&passes,
+                       json_pack("{s:s, s:s?, s:I, s:f, s:f}", "pass", pass->name, "role", pass->role, "dispatches",
+                                 (json_int_t)pass->dispatches, "ms", pass->total_ms / (double)pass->dispatches, "share",
+                                 pass->total_ms / time_of_passes(results)));
+    }
+    return passes;
 }
 
 // Prints how far the ranking can be believed.
@@ -213,7 +210,7 @@ static json_t *run_to_json(const struct vw_run_results *results, const struct vw
                              vw_effects_to_json(results->effects, results->effect_count), "ledger",
                              results->ledger_path, "field", results->field_path, "head", results->head);
     if (results->outputs.has_splats) vw_json_set(&root, "splats", vw_json_string(results->splats_path));
-    if (results->profile.row_count) vw_json_set(&root, "profile", profile_to_json(&results->profile));
+    if (results->pass_count) vw_json_set(&root, "profile", profile_to_json(results));
     if (ranking) add_values(results, ranking, &root);
     return root;
 }
@@ -231,6 +228,6 @@ enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool js
     if (json) return vw_json_print(run_to_json(results, trained_only ? NULL : &ranking));
     if (trained_only) print_trained(results);
     else print_valued(results, &ranking);
-    print_profile(&results->profile);
+    print_profile(results);
     return VW_OK;
 }

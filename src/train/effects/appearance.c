@@ -9,7 +9,6 @@
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/model.h"
-#include "train/pass_costs.h"
 
 static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
     vw_model_append_range(model, VW_SLOT_APPEARANCE, sizeof(struct vw_appearance) * (uint64_t)model->view_count,
@@ -44,11 +43,6 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
     return VW_ARRAY_COUNT(listed);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    const double bytes = work->rays * (sizeof(vw_float4) + sizeof(struct vw_ray));
-    if (is_fitted(work->model)) vw_pass_cost_add(costs, (struct vw_pass_cost){"fit_photo", NULL, 1, 0, bytes});
-}
-
 const struct vw_effect_kind vw_effect_appearance = {
     .name = "appearance",
     .constant = VW_EFFECT_CONSTANT(appearance),
@@ -62,5 +56,4 @@ const struct vw_effect_kind vw_effect_appearance = {
     .lay_out_ranges = lay_out_ranges,
     .take_from_scene = take_from_scene,
     .list_buffers = list_buffers,
-    .list_costs = list_costs,
 };

@@ -7,7 +7,6 @@
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/model.h"
-#include "train/pass_costs.h"
 
 enum { MIX };
 
@@ -42,13 +41,6 @@ static void record_photo(const struct vw_model *model, struct vw_pass *const *pa
     vw_submission_dispatch(submission, passes[MIX], NULL, 0, 4 * (uint64_t)model->specialization.width4);
 }
 
-// Lists a code times its weights, and the backward pass.
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    const double weights = (double)work->model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / 4;
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"mix_code", NULL, 1, weights, 4 * weights});
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"update_code", NULL, 1, 2 * weights, 4 * weights * 7});
-}
-
 const struct vw_effect_kind vw_effect_appearance_code = {
     .name = "appearance_code",
     .constant = VW_EFFECT_CONSTANT(appearance_code),
@@ -65,5 +57,4 @@ const struct vw_effect_kind vw_effect_appearance_code = {
     .initialise = initialise,
     .list_buffers = list_buffers,
     .record_photo = record_photo,
-    .list_costs = list_costs,
 };

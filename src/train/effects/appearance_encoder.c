@@ -14,7 +14,6 @@
 #include "gpu/shaders.h"
 #include "train/effects/consistency.h"
 #include "train/effects/encode_photo.h"
-#include "train/pass_costs.h"
 #include "train/step_passes.h"
 
 // ---- Params ---------------------------------------------------------------------------------------------------------
@@ -116,46 +115,6 @@ static void record_gradient(const struct vw_step_passes *step, struct vw_pass *c
     vw_consistency_record_gradients(step, submission, number);
 }
 
-// ---- Costs ----------------------------------------------------------------------------------------------------------
-
-// Multiply-adds of all convolutions.
-#define PRODUCTS                                                                                                       \
-    (16.0 * ENCODER_TAPS * ENCODER4 *                                                                                  \
-     (THUMBNAIL_PIXELS / 4 + ENCODER4 * (THUMBNAIL_PIXELS / 16 + THUMBNAIL_PIXELS / 64)))
-
-static double matrices_of(const struct vw_model *model) {
-    return 16.0 * CODE4 * (ENCODER4 + model->specialization.width4);
-}
-
-// Counts for a convolution a block of four columns and an input per product of 16.
-static void list_photo_costs(const struct vw_model *model, double photos, const char *role,
-                             struct vw_pass_costs *costs) {
-    const double products = PRODUCTS * photos, matrices = matrices_of(model) * photos;
-    vw_pass_cost_add(costs,
-                     (struct vw_pass_cost){"convolve_photo", role, ENCODER_LAYERS * photos, products, 5 * products});
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"pool_photo", role, photos, matrices, 4 * matrices});
-}
-
-static void list_back_costs(const struct vw_model *model, struct vw_pass_costs *costs) {
-    const double all = PRODUCTS, behind_first = all - 16.0 * ENCODER_TAPS * ENCODER4 * (THUMBNAIL_PIXELS / 4),
-                 matrices = matrices_of(model);
-    const struct vw_pass_cost passes[] = {
-        {"spread_photo", NULL, 1, 2 * matrices, 8 * matrices},
-        {"convolve_photo", NULL, ENCODER_LAYERS - 1, behind_first, 5 * behind_first},
-        {"gradient_photo", NULL, 1, all, 8 * all},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
-}
-
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    const struct vw_model *model = work->model;
-    list_back_costs(model, costs);
-    if (!work->step->consistency) return;
-    vw_consistency_list_costs(work->step, costs);
-    list_photo_costs(model, 2, NULL, costs);
-    list_back_costs(model, costs);
-}
-
 const struct vw_effect_kind vw_effect_appearance_encoder = {
     .name = "appearance_encoder",
     .constant = VW_EFFECT_CONSTANT(appearance_encoder),
@@ -176,6 +135,4 @@ const struct vw_effect_kind vw_effect_appearance_encoder = {
     .record_rays = record_rays,
     .record_photo = record_photo,
     .record_gradient = record_gradient,
-    .list_photo_costs = list_photo_costs,
-    .list_costs = list_costs,
 };

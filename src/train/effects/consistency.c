@@ -7,7 +7,6 @@
 #include "gpu/shaders.h"
 #include "train/effects/effects.h"
 #include "train/effects/encode_photo.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/photo_order.h"
 
@@ -183,33 +182,4 @@ void vw_consistency_record_gradients(const struct vw_step_passes *step, struct v
     vw_encoder_record_forward(step->consistency->give.passes, submission, vw_consistency_given_view(step, number));
     record_picture(step, submission, key);
     record_back(step, submission, key);
-}
-
-// ---- Costs ----------------------------------------------------------------------------------------------------------
-
-// Lists a picture of more than one chunk as rendered twice.
-void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs) {
-    const struct vw_model *model = step->field->model;
-    uint32_t rays = step->consistency->padded_rays, chunks = (rays + step->chunk_rays - 1) / step->chunk_rays;
-    const struct vw_cost_sizes n = vw_cost_sizes_of(model, rays);
-    const struct vw_field_work once = {.samples = n.samples, .chunks = chunks, .stores_rows = true},
-                               again = {.samples = n.samples, .chunks = chunks};
-    double pixels = 16.0 * (THUMBNAIL_PIXELS + n.rays), kernels = 4.0 * ENCODER_TAPS * ENCODER4 * THUMBNAIL_PIXELS;
-    const struct vw_pass_cost passes[] = {
-        {"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))},
-        {"difference_rays", NULL, chunks, 0, n.samples * 16 + n.rays * (sizeof(struct vw_ray) + 16)},
-        {"shrink_colours", NULL, 1, 0, pixels},
-        {"spread_colours", NULL, 1, kernels, 5 * kernels + pixels},
-        {"backward_rays", NULL, chunks, 0, n.samples * 56},
-        {"add_gradients", NULL, 1, 0, 48.0 * model->moved_columns},
-    };
-    for (uint32_t time = 0; time < (chunks > 1 ? 2 : 1); time++) {
-        const struct vw_effect_work skipping = {
-            .step = step, .model = model, .rays = rays, .chunks = chunks, .of_picture = true, .forward_only = time > 0};
-        vw_effects_list_costs(&skipping, costs);
-        vw_importance_list_costs(model, n.rays, chunks, NULL, false, costs);
-        model->kind->list_forward_costs(model, time ? &again : &once, costs);
-    }
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
-    model->kind->list_backward_costs(model, &once, costs);
 }

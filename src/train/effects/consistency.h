@@ -41,7 +41,4 @@ void vw_consistency_record_gradients(const struct vw_step_passes *step, struct v
 // random.
 uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number);
 
-// Lists what its passes cost, but for the encoder's.
-void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs);
-
 #endif

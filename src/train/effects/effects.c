@@ -247,21 +247,3 @@ void vw_effects_record_update(const struct vw_model *model, const struct vw_effe
         if (update) vw_submission_dispatch(submission, update, push, sizeof *push, 1);
     }
 }
-
-// ---- Costs ----------------------------------------------------------------------------------------------------------
-
-void vw_effects_list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    for (uint32_t i = 0; i < work->model->effect_count; i++) {
-        const struct vw_effect_kind *kind = work->model->effects[i];
-        if (kind->list_costs && (!work->of_picture || kind->ray_gradient))
-            kind->list_costs(work, costs);
-    }
-}
-
-void vw_effects_list_photo_costs(const struct vw_model *model, double photos, bool seen, const char *role,
-                                 struct vw_pass_costs *costs) {
-    for (uint32_t i = 0; i < model->effect_count; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->list_photo_costs && (kind->sees_photos || !seen)) kind->list_photo_costs(model, photos, role, costs);
-    }
-}

@@ -78,11 +78,4 @@ void vw_effects_record_gradient(const struct vw_model *model, const struct vw_ef
 void vw_effects_record_update(const struct vw_model *model, const struct vw_effect_sets *effects,
                               struct vw_submission *submission, const struct vw_push_update *push);
 
-// ---- Costs ----
-
-void vw_effects_list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs);
-// Lists the costs of a photo. `seen`: only of the effects that see photos.
-void vw_effects_list_photo_costs(const struct vw_model *model, double photos, bool seen, const char *role,
-                                 struct vw_pass_costs *costs);
-
 #endif

@@ -1,5 +1,5 @@
 // The interface of effects that have params, buffers or passes of their own, as fields have one (fields/registry.h). A
-// kind is a row of the table in registry.c. The step, the field, the evaluator, the adjoint and the costs loop over
+// kind is a row of the table in registry.c. The step, the field, the evaluator and the adjoint loop over
 // that table (effects.h). A function left NULL does nothing; what an effect has is created, and its functions are
 // called, only where its specialization constant is not 0 (decision 7).
 //
@@ -16,7 +16,6 @@
 #include "viewworth/train.h"
 
 struct vw_model; // model.h, and so on
-struct vw_pass_costs;
 struct vw_scene;
 struct vw_step_passes;
 
@@ -51,15 +50,6 @@ enum vw_effect_adjoint {
     VW_ADJOINT_FOLLOWS, // lasting credit goes back to its columns, and to the ranges that are gathered
     VW_ADJOINT_HOLDS,   // it keeps them fixed
     VW_ADJOINT_REFUSES, // it cannot be computed with the effect on
-};
-
-// The rays of a step, or of the picture of the consistency loss, as costs count them.
-struct vw_effect_work {
-    const struct vw_step_passes *step;
-    const struct vw_model *model; // the step's
-    uint32_t rays, chunks;
-    bool of_picture;   // the rays are of the picture
-    bool forward_only; // rendered a second time, without the backward pass
 };
 
 struct vw_effect_kind {
@@ -117,11 +107,6 @@ struct vw_effect_kind {
     void (*record_gradient)(const struct vw_step_passes *step, struct vw_pass *const *passes,
                             struct vw_submission *submission, const struct vw_push_rays *rays,
                             uint64_t number); // after the last chunk
-
-    // Lists what its passes load, store and multiply (pass_costs.h): those of record_photo(), and all others.
-    void (*list_photo_costs)(const struct vw_model *model, double photos, const char *role,
-                             struct vw_pass_costs *costs);
-    void (*list_costs)(const struct vw_effect_work *work, struct vw_pass_costs *costs);
 };
 
 static inline bool vw_effect_is_on(const struct vw_effect_kind *kind, const struct vw_specialization *specialization) {

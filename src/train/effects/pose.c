@@ -16,7 +16,6 @@
 #include "train/effects/kind.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
-#include "train/pass_costs.h"
 #include "train/trainer.h"
 
 enum { POSITIONS, GRADIENT };
@@ -44,32 +43,17 @@ static void record_chunk_gradient(const struct vw_model *model, struct vw_pass *
     vw_submission_dispatch(submission, passes[GRADIENT], chunk, sizeof *chunk, chunk->ray_count);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    const struct vw_cost_sizes n = vw_cost_sizes_of(work->model, work->rays);
-    double position = sizeof(vw_float4), d_position = sizeof(vw_float4), d_encoding = 16 * n.encoding4;
-    const struct vw_pass_cost passes[] = {
-        {"gradient_positions", NULL, work->chunks, n.samples * 8 * n.gathers,
-         n.samples * (position + d_encoding + VW_GRID_PAIR_BYTES * n.gathers + d_position)},
-        {"gradient_pose", NULL, work->chunks, n.samples * 9,
-         n.samples * (position + d_position) + n.rays * sizeof(struct vw_pose)},
-        {"update_pose", NULL, 1, 0, n.rays * sizeof(struct vw_pose)},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
-}
-
 const struct vw_effect_kind vw_effect_pose = {
     .name = "pose",
     .constant = VW_EFFECT_CONSTANT(pose),
     .adjoint = VW_ADJOINT_REFUSES, // it does not know how cameras move
     .training_alone = true,
-    .shaders = {[POSITIONS] = &vw_shader_gradient_positions,
-                [GRADIENT] = &vw_shader_gradient_pose},
+    .shaders = {[POSITIONS] = &vw_shader_gradient_positions, [GRADIENT] = &vw_shader_gradient_pose},
     .update = &vw_shader_update_pose,
     .ranges = {VW_SLOT_POSES},
     .lay_out_ranges = lay_out_ranges,
     .list_buffers = list_buffers,
     .record_chunk_gradient = record_chunk_gradient,
-    .list_costs = list_costs,
 };
 
 // ---- Measurement ----------------------------------------------------------------------------------------------------

@@ -1,7 +1,6 @@
 #include "train/effects/ray_network.h"
 
 #include "base/memory.h"
-#include "train/pass_costs.h"
 #include "train/step_passes.h"
 
 void vw_ray_network_initialise(const struct vw_ray_network *sizes, const struct vw_drawn *drawn, float *values) {
@@ -34,16 +33,4 @@ void vw_ray_network_record_gradient(const struct vw_ray_network *sizes, const st
     struct vw_push_reduce reduce = {.count = groups_of(padded_rays)};
     vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_GRADIENT], rays, sizeof *rays, padded_rays);
     vw_submission_dispatch(submission, passes[VW_RAY_NETWORK_REDUCE], &reduce, sizeof reduce, sizes->columns);
-}
-
-void vw_ray_network_list_costs(const struct vw_ray_network *sizes, const struct vw_effect_work *work,
-                               double pixel_bytes, struct vw_pass_costs *costs) {
-    double rays = work->rays, products = sizes->params + 16.0 * VISIBILITY4 * sizes->code4,
-           groups = rays / VISIBILITY_GROUP, columns = 16.0 * sizes->columns, pixels = rays * (pixel_bytes + 8);
-    const struct vw_pass_cost passes[] = {
-        {"predict_visibility", NULL, 1, rays * products, pixels + rays / 64 * columns},
-        {"gradient_visibility", NULL, 1, 3 * rays * products, pixels + 2 * groups * columns},
-        {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
 }

@@ -22,8 +22,5 @@ void vw_ray_network_record_rays(const struct vw_step_passes *step, struct vw_pas
 void vw_ray_network_record_gradient(const struct vw_ray_network *network, const struct vw_step_passes *step,
                                     struct vw_pass *const *passes, struct vw_submission *submission,
                                     const struct vw_push_rays *rays);
-// Lists the costs of its passes, which read so many bytes of each pixel.
-void vw_ray_network_list_costs(const struct vw_ray_network *network, const struct vw_effect_work *work,
-                               double pixel_bytes, struct vw_pass_costs *costs);
 
 #endif

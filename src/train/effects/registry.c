@@ -62,11 +62,15 @@ _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects tha
 extern const struct vw_effect_kind vw_effect_sky, vw_effect_appearance, vw_effect_transient, vw_effect_appearance_code,
     vw_effect_visibility, vw_effect_uncertainty, vw_effect_pose, vw_effect_appearance_encoder;
 
-const struct vw_effect_kind *const vw_effect_kinds[] = {&vw_effect_sky,        &vw_effect_appearance,
-                                                        &vw_effect_transient,  &vw_effect_appearance_code,
-                                                        &vw_effect_visibility, &vw_effect_uncertainty,
-                                                        &vw_effect_pose,       &vw_effect_appearance_encoder,
- NULL};
+const struct vw_effect_kind *const vw_effect_kinds[] = {&vw_effect_sky,
+                                                        &vw_effect_appearance,
+                                                        &vw_effect_transient,
+                                                        &vw_effect_appearance_code,
+                                                        &vw_effect_visibility,
+                                                        &vw_effect_uncertainty,
+                                                        &vw_effect_pose,
+                                                        &vw_effect_appearance_encoder,
+                                                        NULL};
 _Static_assert(VW_ARRAY_COUNT(vw_effect_kinds) - 1 <= VW_EFFECT_COUNT_MAX, "more kinds than effects");
 
 static int find_effect(struct vw_word name) {

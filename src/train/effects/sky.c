@@ -3,7 +3,6 @@
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/model.h"
-#include "train/pass_costs.h"
 
 static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
     (void)config;
@@ -19,13 +18,6 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
     return 1;
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    double rays = work->rays;
-    if (work->forward_only) return;
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"gradient_sky", NULL, 1, rays * 4 * VW_SKY_COLUMNS,
-                                                  rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
-}
-
 const struct vw_effect_kind vw_effect_sky = {
     .name = "sky",
     .constant = VW_EFFECT_CONSTANT(sky),
@@ -36,5 +28,4 @@ const struct vw_effect_kind vw_effect_sky = {
     .list_buffers = list_buffers,
     .ray_gradient = &vw_shader_gradient_sky,
     .ray_gradient_invocations = 64ull * VW_SKY_COLUMNS,
-    .list_costs = list_costs,
 };

@@ -7,7 +7,6 @@
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/model.h"
-#include "train/pass_costs.h"
 
 static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
     vw_model_append_range(model, VW_SLOT_TRANSIENT_CODES,
@@ -23,11 +22,6 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
     return 1;
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    double weights = 16.0 * work->model->specialization.transient_width4 * TRANSIENT_CODE4;
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"update_transient", NULL, 1, weights, 4 * weights});
-}
-
 const struct vw_effect_kind vw_effect_transient = {
     .name = "transient",
     .constant = VW_EFFECT_CONSTANT(transient),
@@ -37,5 +31,4 @@ const struct vw_effect_kind vw_effect_transient = {
     .ranges = {VW_SLOT_TRANSIENT_CODES},
     .lay_out_ranges = lay_out_ranges,
     .list_buffers = list_buffers,
-    .list_costs = list_costs,
 };

@@ -65,10 +65,6 @@ static void record_gradient(const struct vw_step_passes *step, struct vw_pass *c
     vw_ray_network_record_gradient(&network, step, passes, submission, rays);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    vw_ray_network_list_costs(&network, work, sizeof(vw_float4) * FEATURE4, costs);
-}
-
 const struct vw_effect_kind vw_effect_uncertainty = {
     .name = "uncertainty",
     .constant = VW_EFFECT_CONSTANT(uncertainty),
@@ -87,5 +83,4 @@ const struct vw_effect_kind vw_effect_uncertainty = {
     .create = create,
     .record_rays = vw_ray_network_record_rays,
     .record_gradient = record_gradient,
-    .list_costs = list_costs,
 };

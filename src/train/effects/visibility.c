@@ -12,7 +12,6 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/ray_network.h"
-#include "train/pass_costs.h"
 #include "train/step_passes.h"
 
 static const struct vw_ray_network network = {.input4 = VISIBILITY_INPUT4,
@@ -89,12 +88,6 @@ static void record_gradient(const struct vw_step_passes *step, struct vw_pass *c
     vw_ray_network_record_gradient(&network, step, passes, submission, rays);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
-    const struct vw_pass_cost update = {"update_visibility", NULL, 1, 0, 16.0 * VISIBILITY_COLUMNS};
-    vw_ray_network_list_costs(&network, work, sizeof(struct vw_pixel), costs);
-    vw_pass_cost_add(costs, update);
-}
-
 const struct vw_effect_kind vw_effect_visibility = {
     .name = "visibility",
     .constant = VW_EFFECT_CONSTANT(visibility),
@@ -113,5 +106,4 @@ const struct vw_effect_kind vw_effect_visibility = {
     .fill = fill,
     .record_rays = vw_ray_network_record_rays,
     .record_gradient = record_gradient,
-    .list_costs = list_costs,
 };

@@ -11,7 +11,6 @@
 #include "train/fields/mlp.h"
 #include "train/fields/registry.h"
 #include "train/initial_values.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 
 enum {
@@ -280,51 +279,7 @@ static void record_backward(const struct vw_model *model, const struct vw_field_
     vw_submission_dispatch(submission, passes->passes[HASH_BACKWARD], NULL, 0, samples);
     vw_submission_dispatch(submission, passes->passes[HASH_GRADIENT], rays, sizeof *rays, parts * tiles);
     vw_hash_record_scatter(model, passes, submission, samples); // first, so that it runs beside gradient_weights
-    vw_submission_dispatch(submission, passes->passes[HASH_REDUCE], rays, sizeof *rays,
-                           own_columns(model));
-}
-
-// ---- Costs ----------------------------------------------------------------------------------------------------------
-
-static double gathers_of(const struct vw_model *model) {
-    return 8.0 * model->specialization.levels * model->specialization.feature_pairs;
-}
-
-static void list_forward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                               struct vw_pass_costs *costs) {
-    double encoding4 = encoding4_of(model), width4 = model->specialization.width4, gathers = gathers_of(model),
-           blocks = own_columns(model) / 4.0, rows = encoding4 + width4 + COLOUR4 + width4 + 2,
-           stored = work->stores_rows ? VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES : 0;
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"forward_field", work->role, work->chunks,
-                                                  work->samples * (16 * blocks + 2 * gathers),
-                                                  work->samples * (VW_GRID_PAIR_BYTES * gathers + stored + 16)});
-    if (!work->stores_rows || !model->specialization.effect_transient) return;
-    struct vw_mlp_list head;
-    list_head(model, &head);
-    vw_mlp_add_feed_cost(work, (VW_ROW_BYTES + VW_LAYER_ROW_BYTES) * GEO4, costs);
-    vw_mlp_add_forward_costs(&head, work, costs);
-}
-
-static void list_backward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                                struct vw_pass_costs *costs) {
-    const struct vw_specialization *s = &model->specialization;
-    double samples = work->samples, encoding4 = encoding4_of(model), width4 = s->width4, gathers = gathers_of(model),
-           blocks = own_columns(model) / 4.0, word_bytes = s->wide_gradient ? 16 : 8,
-           rows = 1 + width4 + GEO4 + width4 + 2, partials = samples / s->slice_samples * own_columns(model);
-    const struct vw_pass_cost passes[] = {
-        {"backward_field", work->role, work->chunks, samples * 16 * width4 * (1 + 2 * GEO4 + encoding4),
-         samples * (VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES * encoding4 + 32)},
-        {"gradient_weights", work->role, work->chunks, samples * 16 * blocks,
-         samples * VW_ROW_BYTES * 4 * model->weight_tiles + 16 * partials},
-        {"reduce_weights", work->role, work->chunks, 0, 16 * partials},
-        {"scatter_grid", work->role, work->chunks * model->window_count, samples * 2 * gathers,
-         samples * (32 * s->levels + 2 * word_bytes * gathers)},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
-    if (!s->effect_transient) return;
-    struct vw_mlp_list head;
-    list_head(model, &head);
-    vw_mlp_add_backward_costs(model, &head, work, costs);
+    vw_submission_dispatch(submission, passes->passes[HASH_REDUCE], rays, sizeof *rays, own_columns(model));
 }
 
 const struct vw_field_kind field_hash = {
@@ -335,6 +290,4 @@ const struct vw_field_kind field_hash = {
     .create_passes = create_passes,
     .record_forward = record_forward,
     .record_backward = record_backward,
-    .list_forward_costs = list_forward_costs,
-    .list_backward_costs = list_backward_costs,
 };

@@ -8,7 +8,6 @@
 #include "gpu/shaders.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 
 enum { SKIP_LAYER = 4, TILE4_MAX = 16 }; // TILE4_MAX: multiply_layer's, 64 x 64 weights, 16 KiB of shared memory
@@ -413,78 +412,6 @@ static void record_backward(const struct vw_model *model, const struct vw_field_
     vw_mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), submission, rays);
 }
 
-// ---- Costs ----------------------------------------------------------------------------------------------------------
-
-// Dispatches, multiply-adds and bytes of a product for `samples`: rows are read for every tile of those written, and
-// these are read again for every tile but the first.
-static void add_product(struct tile tile, uint32_t to4, uint32_t from4, const struct vw_field_work *work,
-                        struct vw_pass_cost *cost) {
-    double trips = from4 / tile.from4, rows = (double)from4 * (to4 / tile.to4) + (2 * trips - 1) * to4;
-    cost->dispatches += trips * work->chunks;
-    cost->multiply_adds += work->samples * 16 * to4 * from4;
-    cost->bytes += work->samples * VW_LAYER_ROW_BYTES * rows;
-}
-
-void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_costs *costs) {
-    double bytes = work->samples * (VW_LAYER_ROW_BYTES * TRANSIENT_CODE4 + feature_bytes);
-    vw_pass_cost_add(costs, (struct vw_pass_cost){"feed_transient", work->role, work->chunks, 0, bytes});
-}
-
-void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
-                              struct vw_pass_costs *costs) {
-    struct vw_pass_cost multiply = {.name = "multiply_layer", .role = work->role};
-    for (uint32_t i = 0; i < list->count; i++)
-        add_product(forward_tile(&list->matrices[i]), list->matrices[i].out4, list->matrices[i].in4, work, &multiply);
-    if (work->stores_rows) // a training, which goes back as well
-        for (uint32_t i = 0; i < list->count; i++)
-            if (list->matrices[i].d_in_row != MLP_NONE)
-                add_product(backward_tile(&list->matrices[i]), list->matrices[i].in4, list->matrices[i].out4, work,
-                            &multiply);
-    vw_pass_cost_add(costs, multiply);
-}
-
-static void list_forward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                               struct vw_pass_costs *costs) {
-    struct vw_mlp_list list;
-    bool transient = work->stores_rows && model->specialization.effect_transient;
-    double encoded = VW_ENCODED4(model->specialization.position_frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
-    vw_mlp_list(model, transient, 0, &list);
-    uint32_t ways = work->stores_rows ? 2 : 1;
-    const struct vw_pass_cost encode = {"encode_samples", work->role, work->chunks, 0,
-                                        work->samples * VW_LAYER_ROW_BYTES * encoded},
-                              activate = {"activate_samples", work->role, ways * work->chunks, 0,
-                                          ways * work->samples * 48};
-    vw_pass_cost_add(costs, encode);
-    if (transient) vw_mlp_add_feed_cost(work, 0, costs);
-    vw_mlp_add_forward_costs(&list, work, costs);
-    vw_pass_cost_add(costs, activate);
-}
-
-void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,
-                               const struct vw_field_work *work, struct vw_pass_costs *costs) {
-    double slices = work->samples / model->specialization.slice_samples;
-    struct vw_pass_cost gradient = {.name = "gradient_weights", .role = work->role},
-                        reduce = {.name = "reduce_weights", .role = work->role};
-    gradient.dispatches = reduce.dispatches = (double)work->chunks * list->count;
-    for (uint32_t i = 0; i < list->count; i++) {
-        const struct vw_mlp_matrix *matrix = &list->matrices[i];
-        double tiles = VW_TILES(matrix->out4, matrix->in4),
-               partials = 16 * slices * matrix->out4 * (4.0 * matrix->in4 + 1);
-        gradient.multiply_adds += work->samples * 16 * matrix->in4 * matrix->out4;
-        gradient.bytes += work->samples * VW_LAYER_ROW_BYTES * 4 * tiles + partials;
-        reduce.bytes += partials;
-    }
-    vw_pass_cost_add(costs, gradient);
-    vw_pass_cost_add(costs, reduce);
-}
-
-static void list_backward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                                struct vw_pass_costs *costs) {
-    struct vw_mlp_list list;
-    vw_mlp_list(model, model->specialization.effect_transient, 0, &list);
-    vw_mlp_add_backward_costs(model, &list, work, costs);
-}
-
 const struct vw_field_kind field_mlp = {
     .name = "mlp",
     .renders_in_rows = true,
@@ -494,6 +421,4 @@ const struct vw_field_kind field_mlp = {
     .create_passes = create_passes,
     .record_forward = record_forward,
     .record_backward = record_backward,
-    .list_forward_costs = list_forward_costs,
-    .list_backward_costs = list_backward_costs,
 };

@@ -80,13 +80,5 @@ void vw_mlp_record_layers_back(const struct vw_specialization *specialization, c
 void vw_mlp_append_head(struct vw_mlp_list *list, struct vw_mlp_operand features, uint32_t depth, uint32_t width);
 // Tells passes where it is. The list ends with the head.
 void vw_mlp_specialise_head(const struct vw_mlp_list *list, struct vw_specialization *specialization);
-// Adds what feed_transient stores, with so many bytes of features to copy per sample.
-void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_costs *costs);
-// Adds what layers load, store and multiply. The second does it for the backward pass: for products with a gradient by
-// the input.
-void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
-                              struct vw_pass_costs *costs);
-void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,
-                               const struct vw_field_work *work, struct vw_pass_costs *costs);
 
 #endif

@@ -14,7 +14,6 @@
 struct vw_radiance_field; // train/field.h, and so on
 struct vw_model;
 struct vw_device_choices;
-struct vw_pass_costs;
 
 enum { FIELD_PASSES_MAX = 32 };
 
@@ -31,14 +30,6 @@ struct vw_field_pass_params {
     struct vw_pass_params common; // bindings: rays, samples and vw_field_bind(), then those of the step, with backward
     struct vw_buffer *d_grid;     // with backward: of a field with a grid
     bool backward;
-};
-
-// The number of times that a step or a measurement calls on it.
-struct vw_field_work {
-    double samples;
-    uint32_t chunks;
-    const char *role; // as of the passes
-    bool stores_rows; // for the backward pass
 };
 
 struct vw_field_kind {
@@ -61,11 +52,6 @@ struct vw_field_kind {
     // Reads VW_SLOT_D_FIELD and writes VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
     void (*record_backward)(const struct vw_model *model, const struct vw_field_passes *passes,
                             struct vw_submission *submission, const struct vw_push_samples *rays);
-    // Lists what these passes load, store and multiply (pass_costs.h).
-    void (*list_forward_costs)(const struct vw_model *model, const struct vw_field_work *work,
-                               struct vw_pass_costs *costs);
-    void (*list_backward_costs)(const struct vw_model *model, const struct vw_field_work *work,
-                                struct vw_pass_costs *costs);
 };
 
 extern const struct vw_field_kind field_hash, field_mlp;

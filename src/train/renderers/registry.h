@@ -13,7 +13,6 @@ struct vw_device_choices; // train/device_choices.h, and so on
 struct vw_drawn;
 struct vw_evaluator;
 struct vw_model;
-struct vw_pass_costs;
 struct vw_pixel_draw;
 struct vw_scene;
 struct vw_step_passes;
@@ -48,7 +47,6 @@ struct vw_renderer_kind {
     // Records the update of params that update_weights does not move.
     void (*record_update)(const struct vw_step_passes *step, struct vw_submission *submission,
                           struct vw_push_update update);
-    void (*list_step_costs)(const struct vw_step_passes *step, struct vw_pass_costs *costs);
 
     // Creates what an evaluator needs from its pixels to their colours, `generate` included. The evaluator owns it.
     enum vw_status (*create_evaluation)(struct vw_evaluator *evaluator);
@@ -57,7 +55,6 @@ struct vw_renderer_kind {
     enum vw_status (*take_pixels)(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
     // Records the rendering of all rays into colours.
     void (*record_evaluation)(const struct vw_evaluator *evaluator, struct vw_submission *submission);
-    void (*list_evaluation_costs)(const struct vw_evaluator *evaluator, struct vw_pass_costs *costs);
 };
 
 extern const struct vw_renderer_kind renderer_volume, renderer_splats;

@@ -49,8 +49,7 @@ pass_check check_predict_visibility, check_gradient_visibility, check_reduce_vis
     check_update_visibility; // likewise only with the effect `visibility`
 pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays,
     check_backward_field, check_gradient_weights, check_reduce_weights, check_gradient_sky, check_scatter_grid,
-    check_reduce_loss, check_update_grid, check_update_weights, check_trace_recipe, check_multiply_registers,
-    check_copy_memory;
+    check_reduce_loss, check_update_grid, check_update_weights, check_trace_recipe;
 
 // ---- Their parts, for the tests of what is special about a pass -----------------------------------------------------
 

@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/effects.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/renderers/splats/splats_renderer.h"
 

@@ -87,10 +87,8 @@ const struct vw_renderer_kind renderer_splats = {
     .training_state = vw_splats_training_state,
     .record_gradients = vw_splats_record_gradients,
     .record_update = vw_splats_record_update,
-    .list_step_costs = vw_splats_list_step_costs,
     .create_evaluation = vw_splats_create_evaluation,
     .destroy_evaluation = vw_splats_destroy_evaluation,
     .take_pixels = vw_splats_take_pixels,
     .record_evaluation = vw_splats_record_evaluation,
-    .list_evaluation_costs = vw_splats_list_evaluation_costs,
 };

@@ -7,8 +7,6 @@
 #include "train/renderers/splats/splats.h"
 #include "train/step.h"
 
-struct vw_pass_costs; // train/pass_costs.h
-
 // Unit of the rates: the learning rate of the passes is that of effects, as with the hash grid, at the default --lr.
 #define VW_SPLAT_RATE_UNIT 0.001
 
@@ -40,7 +38,6 @@ void vw_splats_record_gradients(const struct vw_step_passes *step, struct vw_sub
                                 const struct vw_push_rays *rays);
 void vw_splats_record_update(const struct vw_step_passes *step, struct vw_submission *submission,
                              struct vw_push_update update);
-void vw_splats_list_step_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs);
 
 const struct vw_splat_drawing *vw_splats_step_drawing(const struct vw_step_passes *step);
 
@@ -48,7 +45,6 @@ enum vw_status vw_splats_create_evaluation(struct vw_evaluator *evaluator);
 void vw_splats_destroy_evaluation(struct vw_evaluator *evaluator);
 enum vw_status vw_splats_take_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
 void vw_splats_record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission);
-void vw_splats_list_evaluation_costs(const struct vw_evaluator *evaluator, struct vw_pass_costs *costs);
 const struct vw_splat_drawing *vw_splats_evaluation_drawing(const struct vw_evaluator *evaluator);
 // Returns how many drawings the pixels are, and adds up their views.
 uint32_t vw_splats_count_parts(const struct vw_evaluator *evaluator, uint32_t *views);

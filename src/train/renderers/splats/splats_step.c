@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/device_photos.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/photo_order.h"
 #include "train/pixels.h"

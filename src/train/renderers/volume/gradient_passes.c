@@ -26,8 +26,7 @@ void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings
     memcpy(bindings + *count, own, sizeof own);
     *count += VW_ARRAY_COUNT(own);
     vw_field_bind(step->field, true, bindings, count);
-    bindings[(*count)++] =
-        (struct vw_binding){.slot = VW_SLOT_PLACES, .buffer = step->places, .unused = !step->places};
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_PLACES, .buffer = step->places, .unused = !step->places};
     const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
     vw_effects_bind(step->field->model, &of_effects, bindings, count);
 }

@@ -1,7 +1,6 @@
 #include "train/renderers/volume/importance.h"
 
 #include "gpu/shaders.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 
 const char even_role[] = "even samples", even_validation_role[] = "even samples, validation";
@@ -48,25 +47,4 @@ void vw_importance_record(const struct vw_model *model, const struct vw_importan
     // the sky and of what belongs to photos, are those of the placed samples.
     vw_submission_dispatch(submission, importance->backward_rays, chunk, sizeof *chunk, lanes);
     model->kind->record_backward(model, &importance->even, submission, chunk);
-}
-
-// Lists them without transients, which the even samples do not have.
-void vw_importance_list_costs(const struct vw_model *model, double rays, uint32_t chunks, const char *role, bool trains,
-                              struct vw_pass_costs *costs) {
-    const struct vw_specialization *s = &model->specialization;
-    if (!s->importance) return;
-    struct vw_model even = *model;
-    even.specialization.effect_transient = 0;
-    const struct vw_field_work work = {.samples = rays * s->strata,
-                                       .chunks = chunks,
-                                       .role = role ? even_validation_role : even_role,
-                                       .stores_rows = trains && model->coarse_columns};
-    model->kind->list_forward_costs(&even, &work, costs);
-    if (work.stores_rows) {
-        vw_pass_cost_add(costs, (struct vw_pass_cost){"backward_rays", work.role, chunks, 0, work.samples * 56});
-        model->kind->list_backward_costs(&even, &work, costs);
-    }
-    vw_pass_cost_add(costs,
-                     (struct vw_pass_cost){"place_samples", role, chunks, 0,
-                                           rays * (sizeof(struct vw_ray) + 2 * 16 * s->strata + 4 * s->samples)});
 }

@@ -31,9 +31,4 @@ enum vw_status vw_importance_create(const struct vw_radiance_field *field, const
 void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
                           struct vw_submission *submission, const struct vw_push_samples *chunk);
 
-// Adds what it takes to place importance samples by the even samples of `rays`. `trains`: where there is a coarse
-// network, it learns by them.
-void vw_importance_list_costs(const struct vw_model *model, double rays, uint32_t chunks, const char *role, bool trains,
-                              struct vw_pass_costs *costs);
-
 #endif

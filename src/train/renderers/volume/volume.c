@@ -97,8 +97,6 @@ const struct vw_renderer_kind renderer_volume = {
     .training_state = vw_volume_training_state,
     .record_gradients = vw_volume_record_gradients,
     .record_update = vw_volume_record_update,
-    .list_step_costs = vw_volume_list_step_costs,
     .create_evaluation = vw_volume_create_evaluation,
     .record_evaluation = vw_volume_record_evaluation,
-    .list_evaluation_costs = vw_volume_list_evaluation_costs,
 };

@@ -5,7 +5,6 @@
 #include "train/evaluator.h"
 #include "train/step.h"
 
-struct vw_pass_costs; // train/pass_costs.h
 struct vw_pixel_draw; // train/pixels.h
 
 uint32_t vw_volume_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
@@ -17,10 +16,8 @@ void vw_volume_record_gradients(const struct vw_step_passes *step, struct vw_sub
                                 const struct vw_push_rays *rays);
 void vw_volume_record_update(const struct vw_step_passes *step, struct vw_submission *submission,
                              struct vw_push_update update);
-void vw_volume_list_step_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs);
 
 enum vw_status vw_volume_create_evaluation(struct vw_evaluator *evaluator);
 void vw_volume_record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission);
-void vw_volume_list_evaluation_costs(const struct vw_evaluator *evaluator, struct vw_pass_costs *costs);
 
 #endif

@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/effects.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/renderers/volume/volume.h"
 
@@ -80,22 +79,4 @@ void vw_volume_record_evaluation(const struct vw_evaluator *evaluator, struct vw
         vw_effects_record_photo(evaluator->field->model, &evaluator->effects, submission, evaluator->views[i].view);
         record_rays(evaluator, submission, evaluator->views[i].first, evaluator->views[i].count);
     }
-}
-
-static uint32_t count_chunks(const struct vw_evaluator *evaluator) {
-    uint32_t chunk = evaluator->chunk_rays, sum = 0;
-    if (!vw_evaluator_sees_photos(evaluator)) return (evaluator->ray_count + chunk - 1) / chunk;
-    for (uint32_t i = 0; i < evaluator->view_count; i++) sum += (evaluator->views[i].count + chunk - 1) / chunk;
-    return sum;
-}
-
-void vw_volume_list_evaluation_costs(const struct vw_evaluator *evaluator, struct vw_pass_costs *costs) {
-    const struct vw_model *model = evaluator->field->model;
-    const struct vw_cost_sizes n = vw_cost_sizes_of(model, evaluator->ray_count);
-    uint32_t chunks = count_chunks(evaluator);
-    const struct vw_field_work work = {.samples = n.samples, .chunks = chunks, .role = evaluator_role};
-    vw_importance_list_costs(model, n.rays, chunks, evaluator_role, false, costs);
-    model->kind->list_forward_costs(model, &work, costs);
-    vw_pass_cost_add(costs,
-                     (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
 }

@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/device_photos.h"
-#include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/pixels.h"
 #include "train/renderers/volume/importance.h"
@@ -106,26 +105,4 @@ void vw_volume_record_update(const struct vw_step_passes *step, struct vw_submis
         update.count = model->windows[i].pair_count;
         vw_submission_dispatch(submission, step->update_grid[i], &update, sizeof update, update.count);
     }
-}
-
-void vw_volume_list_step_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs) {
-    const struct vw_model *model = step->field->model;
-    const struct vw_cost_sizes n = vw_cost_sizes_of(model, step->padded_rays);
-    uint32_t chunks = (step->padded_rays + step->chunk_rays - 1) / step->chunk_rays, windows = model->window_count;
-    const struct vw_field_work work = {.samples = n.samples, .chunks = chunks, .stores_rows = true};
-    double grid_word_bytes = word_bytes(model), moments = model->specialization.momentum ? 2 : 1;
-    vw_importance_list_costs(model, n.rays, chunks, NULL, true, costs);
-    model->kind->list_forward_costs(model, &work, costs);
-    // backward_transient reads a sample twice: 16 bytes of the field and two rows; it writes as much, and the sum of
-    // tau.
-    const struct vw_pass_cost rays = {"backward_rays", NULL, chunks, 0, n.samples * 56},
-                              both = {"backward_transient", NULL, chunks, 0, n.samples * 152};
-    vw_pass_cost_add(costs, model->specialization.effect_transient ? both : rays);
-    model->kind->list_backward_costs(model, &work, costs);
-    vw_effects_list_costs(
-        &(struct vw_effect_work){.step = step, .model = model, .rays = step->padded_rays, .chunks = chunks}, costs);
-    if (windows)
-        vw_pass_cost_add(costs,
-                         (struct vw_pass_cost){"update_grid", NULL, windows, 0,
-                                               n.pairs * (2 * grid_word_bytes + 2 * VW_GRID_PAIR_BYTES + 16 * moments + 8)});
 }
