@@ -60,8 +60,10 @@ struct vw_selection {
     const char *method; // that was used; NULL: several
 };
 
-// Reads "K" or "P%" into amount and percent; false if the text is neither. vw_selection_make checks the range.
-bool vw_selection_read_amount(const char *text, struct vw_selection_params *params);
+// Reads a rule in words into rule, amount and percent: without-outliers, positive, significant, not-harmful, top:K,
+// top:P%, drop:K or drop:P%. Returns false for another text; vw_selection_make checks the range of an amount.
+bool vw_selection_read_rule(const char *words, struct vw_selection_params *params);
+#define VW_SELECTION_RULES "without-outliers, positive, significant, not-harmful, top:K, top:P%, drop:K, drop:P%"
 
 // Selects photos. No other rule keeps a train photo without a score of the method (NaN, or no visit that counts). Free
 // the selection with vw_selection_free. VW_ERROR_USAGE for a method without scores (the message names those with

@@ -101,35 +101,19 @@ const struct vw_option vw_option_table[] = {
      "Poses to choose among: a transforms.json, or a camera path of nerfstudio, in coordinates of the scene. All are "
      "candidates, also copies of photos and poses inside matter",
      VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, among), COMMON, DEFAULT("places around the cameras")},
-    {"verify", NULL,
-     "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
-     "photos that did not select it (the default, which needs the scene and a device); with a rule or --method, this "
-     "list is among them. Up to 23 lists with --seeds trainings each; the same command resumes",
-     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
-    {"quick", NULL, "Leave out robust outliers without trainings that verify it", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
-     OPTION(FLAG, quick), COMMON},
+    {"quick", NULL, "Keep photos by --rule without-outliers, without trainings that verify it", VW_OPTIONS_SELECT,
+     VW_SECTION_MAIN, OPTION(FLAG, quick), COMMON},
     {"seeds", "K",
      "Number of trainings of each list (compare, select) or configuration (tradeoff), one per seed; seeds "
      "count up from --seed",
      VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50),
      COMMON, DEFAULT("3; for select 2")},
-    {"without-outliers", NULL,
-     "Drop photos that fit worse than the others by more than 3 robust standard deviations (train_fit) and have low "
-     "credit; with --method photos that are so much lower by that score alone. Keep all others, photos that alone see "
-     "a region among them; this is the rule of --quick",
-     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, without_outliers), COMMON},
-    {"positive", NULL,
-     "Keep photos whose score is above zero, as the paper does. Late in training the credits add up to about zero even "
-     "if every photo is good, so this rule drops a third of a clean scene",
-     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, positive), COMMON},
-    {"significant", NULL, "Keep photos whose 95 % interval is above zero", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
-     OPTION(FLAG, significant), COMMON},
-    {"not-harmful", NULL, "Drop photos whose 95 % interval is below zero and keep all others", VW_OPTIONS_SELECT,
-     VW_SECTION_MAIN, OPTION(FLAG, not_harmful), COMMON},
-    {"top", "K|P%", "Keep the K best photos, or the best P percent", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
-     OPTION(TEXT, top), COMMON},
-    {"drop", "K|P%", "Drop the K worst photos, or the worst P percent, and keep all others", VW_OPTIONS_SELECT,
-     VW_SECTION_MAIN, OPTION(TEXT, drop), COMMON},
+    {"rule", "RULE",
+     "Photos to keep, without trainings that verify it: without-outliers, positive (above zero, as in the paper, which "
+     "drops a third of a clean scene), significant (95 % interval above zero), not-harmful (interval not below zero), "
+     "top:K, top:P%, drop:K or drop:P%",
+     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, rule), COMMON,
+     .words = "without-outliers positive significant not-harmful top: drop:"},
     {"list", "LIST",
      "Photos to train on (required, repeatable): all, without-outliers, positive, significant, not-harmful, top:K, "
      "top:P%, drop:P%, random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, which keeps the "

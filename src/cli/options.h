@@ -74,8 +74,8 @@ struct vw_options {
     const char *view;
     const char *cameras, *points; // files that export writes
     const char *to, *copy;
-    bool verify, quick, without_outliers, positive, significant, not_harmful;
-    const char *top, *drop;
+    bool quick;
+    const char *rule;
     const char *method; // the method that selects photos
     struct vw_texts lists;
     enum vw_equal equal;

@@ -32,17 +32,6 @@ struct list_rule {
     double least; // least imported score
 };
 
-static bool read_selection(const char *word, struct vw_selection_params *selection) {
-    bool top = strncmp(word, "top:", 4) == 0, drop = strncmp(word, "drop:", 5) == 0;
-    if (!strcmp(word, "without-outliers")) selection->rule = VW_SELECT_OUTLIERS;
-    else if (!strcmp(word, "positive")) selection->rule = VW_SELECT_POSITIVE;
-    else if (!strcmp(word, "significant")) selection->rule = VW_SELECT_SIGNIFICANT;
-    else if (!strcmp(word, "not-harmful")) selection->rule = VW_SELECT_NOT_HARMFUL;
-    else if (top || drop) selection->rule = top ? VW_SELECT_TOP : VW_SELECT_DROP;
-    else return false;
-    return !(top || drop) || vw_selection_read_amount(strchr(word, ':') + 1, selection);
-}
-
 // Reads FILE.csv@LEAST; an @ may also be part of the file's name.
 static bool read_scores_rule(const char *word, struct list_rule *rule) {
     const char *at = strrchr(word, '@');
@@ -61,15 +50,13 @@ static enum vw_status read_list_rule(const struct vw_photo_sets_params *params, 
     *rule = (struct list_rule){.form = FORM_UNKNOWN, .selection = {.method = params->method}};
     if (!strcmp(word, "all")) rule->form = FORM_ALL;
     else if (!strcmp(word, "random")) rule->form = FORM_RANDOM;
-    else if (read_selection(word, &rule->selection)) rule->form = FORM_SELECTION;
+    else if (vw_selection_read_rule(word, &rule->selection)) rule->form = FORM_SELECTION;
     else if (vw_file_exists(word)) rule->form = FORM_FILE;
     else if (read_scores_rule(word, rule)) rule->form = FORM_SCORES;
     if (rule->form == FORM_FILE) rule->path = vw_copy_text(word);
     if (rule->form == FORM_UNKNOWN)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "neither a file nor SCORES.csv@LEAST nor one of all, without-outliers, positive, significant, not-harmful, "
-            "top:K, top:P%%, drop:K, drop:P%%, random");
+        return vw_fail(VW_ERROR_USAGE, "neither a file nor SCORES.csv@LEAST nor one of all, random, %s",
+                       VW_SELECTION_RULES);
     return rule->form == FORM_FILE && !rule->path ? VW_ERROR_MEMORY : VW_OK;
 }
 

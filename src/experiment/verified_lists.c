@@ -34,7 +34,7 @@ static const struct {
     {"all", 100, false},      {"thinned:90%", 90, false}, {"thinned:75%", 75, false},
     {"random:90%", 90, true}, {"random:75%", 75, true},
 };
-_Static_assert(VW_ARRAY_COUNT(rules) + VW_ARRAY_COUNT(controls) < VW_VERIFIED_LISTS_MAX, "one more is asked for");
+_Static_assert(VW_ARRAY_COUNT(rules) + VW_ARRAY_COUNT(controls) < VW_VERIFIED_LISTS_MAX, "more rules than lists");
 static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings are smaller
 
 static bool has_method(const struct vw_scorings *scorings, const char *method) {
@@ -111,7 +111,7 @@ static enum vw_status keep_lone(const struct vw_scorings *scorings, int s, struc
 
 // Applies a rule; one that keeps too few photos by some scores does not fail.
 static enum vw_status apply(const struct vw_scorings *scorings, const struct vw_selection_params *params,
-                            bool spare_lone, struct vw_verified_list *made, bool *fits) {
+                            struct vw_verified_list *made, bool *fits) {
     *fits = true;
     for (int s = 0; *fits && s < VW_SCORINGS; s++) {
         struct vw_selection *selection = &made->selections[s];
@@ -119,33 +119,22 @@ static enum vw_status apply(const struct vw_scorings *scorings, const struct vw_
                                                   scorings->image_count, params, selection);
         if (status && status != VW_ERROR_INPUT) return status;
         *fits = !status && selection->count > 1;
-        if (*fits && spare_lone) status = keep_lone(scorings, s, selection);
+        if (*fits) status = keep_lone(scorings, s, selection);
         if (*fits && status) return status;
     }
     return VW_OK;
 }
 
 static enum vw_status add_rule(const struct vw_scorings *scorings, const char *name,
-                               const struct vw_selection_params *params, bool spare_lone,
-                               struct vw_verified_lists *lists) {
+                               const struct vw_selection_params *params, struct vw_verified_lists *lists) {
     struct vw_verified_list made = {.name = name,
                                     .method = params->method ? params->method : "train_fit, dv_psnr, dv_loss"};
     bool fits = false;
-    enum vw_status status = apply(scorings, params, spare_lone, &made, &fits);
+    enum vw_status status = apply(scorings, params, &made, &fits);
     if (!status && fits) status = add(lists, &made);
     else if (!status) vw_log_info("list     %s: keeps fewer than 2 photos and is left out", name);
     free_list(&made);
     return status;
-}
-
-static enum vw_status add_asked(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
-                                const char *name, struct vw_verified_lists *lists) {
-    if (!has_method(scorings, asked->method))
-        return vw_fail(VW_ERROR_USAGE,
-                       "--verify needs scores by each half of the validation photos, and %s has none; leave --verify "
-                       "out, or compare the list by viewworth compare",
-                       asked->method);
-    return add_rule(scorings, name, asked, false, lists);
 }
 
 // ---- Lists without scores ----
@@ -191,22 +180,17 @@ static enum vw_status add_control(const struct vw_scorings *scorings, size_t pla
     return status;
 }
 
-enum vw_status vw_verified_lists_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
-                                      const char *asked_name, struct vw_verified_lists *lists) {
+enum vw_status vw_verified_lists_make(const struct vw_scorings *scorings, struct vw_verified_lists *lists) {
     *lists = (struct vw_verified_lists){0};
     for (int s = 0; s < VW_SCORINGS; s++)
         if (!scorings->score_counts[s])
             return vw_fail(VW_ERROR_INPUT,
                            "the ledger has no scores; value the photos first, with --epochs larger than --burn-in");
     enum vw_status status = add_control(scorings, 0, lists);
-    if (!status && asked) status = add_asked(scorings, asked, asked_name, lists);
     for (size_t r = 0; !status && r < VW_ARRAY_COUNT(rules); r++) {
         const struct vw_selection_params params = {
             .method = rules[r].method, .rule = rules[r].rule, .amount = rules[r].percent, .percent = true};
-        bool same_name = asked && strcmp(rules[r].name, asked_name) == 0;
-        if (same_name && rules[r].rule == VW_SELECT_OUTLIERS) continue; // which leaves out no lone view
-        if (has_method(scorings, rules[r].method))
-            status = add_rule(scorings, same_name ? "asked-and-lone" : rules[r].name, &params, true, lists);
+        if (has_method(scorings, rules[r].method)) status = add_rule(scorings, rules[r].name, &params, lists);
     }
     for (size_t c = 1; !status && c < VW_ARRAY_COUNT(controls); c++) status = add_control(scorings, c, lists);
     return status;

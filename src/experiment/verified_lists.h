@@ -21,7 +21,7 @@ struct vw_scorings {
 };
 
 struct vw_verified_list {
-    const char *name;   // static, or the caller's: "all", "without-outliers", "top:75%:dv_psnr", ...
+    const char *name;   // static: "all", "without-outliers", "top:75%:dv_psnr", ...
     const char *method; // likewise; whose scores select: "dv_psnr"; "none" of all photos
     char *same_as;      // owned: names of the rules with the same lists, with commas between; NULL: none
     struct vw_selection selections[VW_SCORINGS]; // owned; by the scores of each half and of both
@@ -32,13 +32,11 @@ struct vw_verified_lists {
     uint32_t count;
 };
 
-// Makes the lists, that of `asked` (NULL: none) the first after all photos. No other rule leaves out a lone view
-// (viewworth/selection.h); so if one of them is the asked rule, too, it is named "asked-and-lone". Rules by a score
-// that one of the scorings lacks are left out. Rules whose lists are all equal become one; a rule that keeps fewer than
+// Makes the lists. No rule leaves out a lone view (viewworth/selection.h). Rules by a score that one of the scorings
+// lacks are left out. Rules whose lists are all equal become one; a rule that keeps fewer than
 // two photos by any of the scorings is left out, with a line of the log. Free them also after a failure. VW_ERROR_INPUT
-// where there are no scores, VW_ERROR_USAGE where a scoring lacks those of `asked`, VW_ERROR_MEMORY.
-enum vw_status vw_verified_lists_make(const struct vw_scorings *scorings, const struct vw_selection_params *asked,
-                                      const char *asked_name, struct vw_verified_lists *lists);
+// where there are no scores.
+enum vw_status vw_verified_lists_make(const struct vw_scorings *scorings, struct vw_verified_lists *lists);
 void vw_verified_lists_free(struct vw_verified_lists *lists);
 
 #endif

@@ -73,9 +73,7 @@ static enum vw_status prepare(struct work *work) {
         vw_log_info("list     none by lasting credit, which needs it by validation photo: viewworth lasting %s "
                     "--lasting-matrix",
                     run->recorded.out);
-    return status
-               ? status
-               : vw_verified_lists_make(&work->scorings, work->params->asked, work->params->asked_name, &result->lists);
+    return status ? status : vw_verified_lists_make(&work->scorings, &result->lists);
 }
 
 // ---- Training ----

@@ -16,9 +16,7 @@ enum { VW_VERIFIED_SELECTION_SEEDS = 2 }; // fewer than elsewhere, because many 
 
 // Scene and config are those of the run.
 struct vw_verified_selection_params {
-    struct vw_scored_run *run;               // open; its scene is opened
-    const struct vw_selection_params *asked; // a further list, and its name; NULL: none
-    const char *asked_name;
+    struct vw_scored_run *run;       // open; its scene is opened
     struct vw_device_choice devices; // the first NULL: the run's
     uint32_t seeds;                  // trainings of every list, at least 2, with other seeds than the run's
     uint32_t together;               // trainings that take their steps together on each device; 0: by it

@@ -14,7 +14,6 @@
 #include "scene/builder.h"
 #include "scene/features.h"
 #include "scene/formats/formats.h"
-#include "scene/formats/photo_list.h"
 #include "scene/photo_source.h"
 #include "scene/splits_file.h"
 #include "scene/synthetic/recipe.h"
@@ -39,10 +38,10 @@ static enum vw_status load_recipe(struct vw_scene_builder *builder) {
 
 static const struct vw_scene_format formats[] = {
     // in the order in which they are tried
-    {"recipe", probe_recipe, load_recipe, vw_names_write_list},
-    {"transforms", vw_transforms_probe, vw_transforms_load, vw_transforms_write_list},
-    {"phototourism", vw_phototourism_probe, vw_phototourism_load, vw_phototourism_write_list},
-    {"colmap", vw_colmap_probe, vw_colmap_load, vw_colmap_write_list},
+    {"recipe", probe_recipe, load_recipe},
+    {"transforms", vw_transforms_probe, vw_transforms_load},
+    {"phototourism", vw_phototourism_probe, vw_phototourism_load},
+    {"colmap", vw_colmap_probe, vw_colmap_load},
 };
 
 static bool lists_pool(const struct vw_scene_params *params) { return params->pool && !strcmp(params->pool, "list"); }
@@ -256,21 +255,6 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
     close_builder(&builder);
     if (status) vw_scene_close(&builder.scene);
     else *scene = builder.scene;
-    return status;
-}
-
-enum vw_status vw_photo_list_write(const struct vw_photo_list *list, const char **format, bool *opens) {
-    const struct vw_scene_format *found = NULL;
-    *opens = false;
-    enum vw_status status = VW_OK;
-    if (list->scene_path)
-        status = find_format(&(struct vw_scene_params){.path = list->scene_path, .format = list->scene_format}, &found);
-    if (!status && found) status = vw_photo_list_check_place(list);
-    // No trainer reads a .txt as transforms, and --train takes names.
-    if (!status && found && found->write_list == vw_transforms_write_list && vw_path_ends_with(list->to, ".txt"))
-        found = NULL;
-    if (!status) status = found ? found->write_list(list, opens) : vw_names_write_list(list, opens);
-    if (!status) *format = found && found->write_list != vw_names_write_list ? found->name : "text";
     return status;
 }
 

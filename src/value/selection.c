@@ -60,12 +60,29 @@ static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_
     return VW_OK;
 }
 
-bool vw_selection_read_amount(const char *text, struct vw_selection_params *params) {
-    char *end = NULL;
-    if (!isdigit((unsigned char)text[0])) return false;
-    params->amount = strtod(text, &end);
-    params->percent = strcmp(end, "%") == 0;
-    return params->percent || !*end;
+bool vw_selection_read_rule(const char *words, struct vw_selection_params *params) {
+    static const char *const names[] = {[VW_SELECT_OUTLIERS] = "without-outliers",
+                                        [VW_SELECT_POSITIVE] = "positive",
+                                        [VW_SELECT_SIGNIFICANT] = "significant",
+                                        [VW_SELECT_NOT_HARMFUL] = "not-harmful",
+                                        [VW_SELECT_TOP] = "top:",
+                                        [VW_SELECT_DROP] = "drop:"};
+    size_t rule = 0, length = 0;
+    for (; rule < VW_ARRAY_COUNT(names); rule++) {
+        length = strlen(names[rule]);
+        if (!strncmp(words, names[rule], length)) break;
+    }
+    if (rule == VW_ARRAY_COUNT(names)) return false;
+    params->rule = (enum vw_selection_rule)rule;
+    const char *amount = words + length;
+    char *end = (char *)amount;
+    if (rule == VW_SELECT_TOP || rule == VW_SELECT_DROP) {
+        if (!isdigit((unsigned char)*amount)) return false;
+        params->amount = strtod(amount, &end);
+        params->percent = *end == '%';
+        end += params->percent;
+    }
+    return !*end;
 }
 
 static enum vw_status check_amount(const struct vw_selection_params *params) {
@@ -109,7 +126,7 @@ static enum vw_status check_zero(const char *method, enum vw_selection_rule rule
     const struct vw_value_method *about = vw_value_method_find(method);
     if (!compares_with_zero(rule) || !about || about->has_zero) return VW_OK;
     return vw_fail(VW_ERROR_USAGE,
-                   "method \"%s\" has a zero that means nothing: only differences do; use --top or --drop", method);
+                   "method \"%s\" has a zero that means nothing: only differences do; use top:K or drop:K", method);
 }
 
 static enum vw_status refuse_empty(const struct vw_selection_params *params, uint32_t ranked_count) {
@@ -120,9 +137,9 @@ static enum vw_status refuse_empty(const struct vw_selection_params *params, uin
     if (params->rule == VW_SELECT_DROP)
         return vw_fail(VW_ERROR_INPUT, "all %u photos would be dropped; drop fewer", ranked_count);
     if (params->rule == VW_SELECT_NOT_HARMFUL)
-        return vw_fail(VW_ERROR_INPUT, "the intervals of all %u scores are below zero; use --top instead",
+        return vw_fail(VW_ERROR_INPUT, "the intervals of all %u scores are below zero; use top:K instead",
                        ranked_count);
-    return vw_fail(VW_ERROR_INPUT, "none of %u scores %s above zero; use --top instead", ranked_count,
+    return vw_fail(VW_ERROR_INPUT, "none of %u scores %s above zero; use top:K instead", ranked_count,
                    params->rule == VW_SELECT_POSITIVE ? "is" : "has an interval");
 }
 

@@ -34,10 +34,9 @@ awk -v folder="$scene/sparse/0" '
     }'
 check "COLMAP reads the scene" prints '^(Images|Points): 16$' colmap model_analyzer --path "$scene/sparse/0"
 check "it is valued" run "$program" value "$scene" --out "$folder/run" --epochs 3 "${small[@]}" --quiet
-for rule in '--drop 20%' '--top 5'; do
-    # shellcheck disable=SC2086
+for rule in drop:20% top:5; do
     check "$rule is copied" answers "json_array_length(j, '\$.selected') BETWEEN 1 AND 11" \
-        "$program" select "$folder/run" $rule --copy "$folder/copy" --json --quiet
+        "$program" select "$folder/run" --rule "$rule" --copy "$folder/copy" --json --quiet
     # What is expected of it: pairs of neighbours on the circle, of photos that are kept or do not train.
     read -r cameras images points < <(sqlite3 -separator ' ' "$folder/run/ledger.db" "CREATE TEMP TABLE kept AS SELECT image_id AS i
         FROM image WHERE split <> 'train'

@@ -157,7 +157,7 @@ cp -r "$folder/first" "$folder/edited"
 sqlite3 "$folder/edited/ledger.db" 'UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 3'
 cp -r "$folder/first" "$folder/indexed"
 sqlite3 "$folder/indexed/ledger.db" 'CREATE INDEX extra ON score (method)'
-for reading in 'verify RUN' "select RUN --top 2 --to $folder/list.txt" "report RUN --to $folder/page.html" \
+for reading in 'verify RUN' "select RUN --rule top:2 --to $folder/list.txt" "report RUN --to $folder/page.html" \
     "render RUN --to $folder/view.png"; do
     read -ra words <<<"${reading/RUN/$folder/first}"
     check "${words[0]} changes nothing in the folder" leaves_alone first 0 "${words[@]}"

@@ -6,7 +6,7 @@
 
 value() { "$program" value "$scene" --out "$folder/$1" "${small[@]}" --epochs 7 --quiet "${@:2}"; }
 lasting() { "$program" lasting "$folder/$1" --quiet "${@:2}"; }
-select_photos() { rm -f "$folder/list"; "$program" select "$folder/run" --to "$folder/list" --method lasting_psnr --quiet "$@"; }
+select_photos() { rm -f "$folder/list.txt"; "$program" select "$folder/run" --to "$folder/list.txt" --method lasting_psnr --quiet "$@"; }
 
 check "a run is valued" run value run
 check "and swept afterwards" prints "^         Pearson's correlation (0\.[89]|1\.0)" "$program" lasting "$folder/run"
@@ -45,8 +45,8 @@ check "--lasting-matrix belongs to --lasting" fails 2 '--lasting-matrix needs --
 check "--lasting-rays belongs to --lasting" fails 2 '--lasting-rays needs --lasting' value none --lasting-rays 8
 check "--kfold takes no lasting credit" fails 2 '--lasting is for a single training' value none --kfold 2 --lasting
 
-check "select ranks by it" prints '^kept     2 of 6 photos' select_photos --top 2
-check "but knows no zero of it" fails 2 'zero that means nothing: only differences do' select_photos --positive
+check "select ranks by it" prints '^kept     2 of 6 photos' select_photos --rule top:2
+check "but knows no zero of it" fails 2 'zero that means nothing: only differences do' select_photos --rule positive
 
 printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,0,b,12,0.1\n3,1,a,13,0.1\n4,1,b,14,0.1\n' >"$folder/log.csv"
 check "an imported run" run "$program" import-steps "$folder/log.csv" --out "$folder/imported"

@@ -45,7 +45,7 @@ check "info of photos" without_device survives "info of photos" 20000 300000 250
 least=4000
 until (ulimit -v $least && exec "$program" --version) >"$folder/stdout" 2>&1 || [[ $least -gt 1000000 ]]; do least=$((least + 50)); done
 check "verify" survives verify "$least" 50 $((least + 1000)) verify "$folder/run" --quiet
-check "select" survives select "$least" 50 $((least + 1000)) select "$folder/run" --top 2 --to "$folder/new"
+check "select" survives select "$least" 50 $((least + 1000)) select "$folder/run" --rule top:2 --to "$folder/new.txt"
 check "import-steps" survives import "$least" 1000 $((least + 20000)) import-steps "$folder/log.csv" --out "$folder/new" --quiet
 check "report" survives report "$least" 200 $((least + 4000)) report "$folder/run" --no-thumbnails --quiet --to "$folder/report.html"
 conclude

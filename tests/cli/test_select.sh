@@ -107,24 +107,6 @@ same_cameras() (
         SELECT count(*) > 0 AND NOT EXISTS (SELECT c FROM s EXCEPT SELECT c FROM f) FROM s") == 1 ]]
 )
 
-# leaves SQL FILE: the value of every key of what the expression on the file, called j, makes of it; numbers as they read.
-leaves() { sqlite3 :memory: "SELECT e.value ->> '\$.file_path', t.fullkey, t.type, quote(t.atom) FROM
-    (SELECT CAST(readfile('$2') AS TEXT) AS j), json_each($1) AS e, json_tree(e.value) AS t WHERE t.atom IS NOT NULL" | sort; }
-
-# same_frames SCENE LIST COUNT: the list has so many frames, all of them the scene's with every key.
-same_frames() {
-    leaves "json_extract(j, '\$.frames')" "$2" >"$folder/frames"
-    [[ $(cut -d '|' -f 1 "$folder/frames" | sort -u | wc -l) -eq $3 ]] &&
-        diff "$folder/frames" <(leaves "json_extract(j, '\$.frames')" "$1" | grep -F -f <(cut -d '|' -f 1 "$folder/frames" | sort -u))
-}
-
-# same_keys SCENE LIST: but for frames and splits.
-same_keys() {
-    local all="json_array(json_remove(j, '\$.frames', '\$.train_filenames', '\$.val_filenames', '\$.test_filenames'))"
-    leaves "$all" "$1" >"$folder/keys"
-    [[ -s $folder/keys ]] && diff "$folder/keys" <(leaves "$all" "$2")
-}
-
 # trains NAME SCENE [OPTION]...: trains on a list; NAME is the folder of the run.
 trains() {
     "$program" train "${@:2}" --out "$folder/$1" "${tiny[@]}" --epochs 1 >"$folder/stdout" 2>&1 && return
@@ -132,65 +114,37 @@ trains() {
     return 1
 }
 
-# ---- transforms.json, one file --------------------------------------------------------------------------------------------
+# ---- transforms.json ------------------------------------------------------------------------------------------------------
 
-best=$single/best.json
-check "the best photos of transforms.json are listed" prints '^kept     5 of 12 photos to train on, by dv_psnr: the best 5$' \
-    "$program" select "$folder/single.run" --top 5 --to "$best"
-check "the way to train on them is shown" grep -qx "train    viewworth value $best --out ANOTHER" "$folder/stdout"
-check "that the rule was not verified is said" says '^nothing was verified: the rule was taken as asked; --verify retrains'
-check "a .txt of a transforms scene has names" prints '\(text\)$' "$program" select "$folder/single.run" --top 5 --to "$folder/names.txt"
-check "it is a list for --train" trains named.again "$single" --train "$folder/names.txt"
-check "--quick trains nothing and says so" prints '^nothing was verified: --quick does not retrain$' \
-    "$program" select "$folder/single.run" --quick --to "$folder/quick.json"
-check "it leaves only outliers out" says '^kept     12 of 12 photos to train on, by train_fit, dv_psnr, dv_loss: all but robust outliers$'
-check "no training was made" test ! -e "$folder/single.run/retrainings.db"
-check "the list opens as a scene" trains single.again "$best"
+best=$folder/best.txt
+check "the best photos of transforms.json are listed" prints '^kept     5 of 12 photos to train on, by dv_psnr: top:5$' \
+    "$program" select "$folder/single.run" --rule top:5 --to "$best"
+check "the way to train on them is shown" grep -qx "train    viewworth value $single --train $best --out ANOTHER" "$folder/stdout"
+check "that the rule was not verified is said" says '^nothing was verified: the rule was taken as asked; viewworth compare tests'
+check "it is a list for --train" trains single.again "$single" --train "$best"
 check "it holds them, and the others in their splits" kept single.run single.again
-check "its cameras are the same" same_cameras "$single" "$best"
-check "its frames are the scene's, with all their keys" same_frames "$single/transforms.json" "$best" 9
-check "the other keys are the scene's" same_keys "$single/transforms.json" "$best"
-check "numbers stay what they are" file_says "$best" "j ->> '\$.applied_scale' = 0.30000000000000004 AND
-    j ->> '\$.frames[0].colmap_im_id' = 9007199254740993 AND j ->> '\$.frames[0].transform_matrix[1][3]' = 0.1"
-check "its splits are told as nerfstudio reads them" file_says "$best" "json_array_length(j, '\$.train_filenames') = 5 AND
-    json_extract(j, '\$.val_filenames') = '[\"images/p00.png\",\"images/p08.png\"]' AND
-    json_extract(j, '\$.test_filenames') = '[\"images/p04.png\",\"images/p12.png\"]'"
-check "--json tells the list" answers "j ->> '\$.path' = '$folder/above.json' AND j ->> '\$.format' = 'transforms' AND
+check "--quick trains nothing and says so" prints '^nothing was verified: --quick does not retrain$' \
+    "$program" select "$folder/single.run" --quick --to "$folder/quick.txt"
+check "it leaves only outliers out" says '^kept     12 of 12 photos to train on, by train_fit, dv_psnr, dv_loss: without-outliers$'
+check "no training was made" test ! -e "$folder/single.run/retrainings.db"
+check "--json tells the list" answers "j ->> '\$.path' = '$folder/above.txt' AND j ->> '\$.format' = 'text' AND
     j ->> '\$.method' = 'dv_loss' AND json_array_length(j, '\$.selected') = 5 AND (SELECT count(*) = 4 FROM json_each(j))" \
-    "$program" select "$folder/single.run" --top 5 --to "$folder/above.json" --json --method dv_loss
+    "$program" select "$folder/single.run" --rule top:5 --to "$folder/above.txt" --json --method dv_loss
 mv "$folder/answer.json" "$folder/selected.json"
 check "the names come best first" file_says "$folder/selected.json" "json_extract(j, '\$.selected') = '$(query single.run "SELECT
     replace(json_group_array(name), '''', '''''') FROM (SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_loss'
     ORDER BY value DESC LIMIT 5)")'"
-mkdir "$folder/elsewhere"
-check "a list beside the scene's folder is for other trainers" prints '^train    with other trainers' \
-    "$program" select "$folder/single.run" --drop 25% --to "$folder/elsewhere/list.json"
-check "its paths lead to the photos" test -f "$folder/elsewhere/$(sqlite3 :memory: \
-    "SELECT json_extract(CAST(readfile('$folder/elsewhere/list.json') AS TEXT), '\$.frames[0].file_path')")"
-check "other paths of it, too" file_says "$folder/elsewhere/list.json" "j ->> '\$.ply_file_path' = '../single/points.ply' AND
-    j ->> '\$.frames[0].depth_file_path' = '../single/depth/0.png'"
-check "the scene's own folder is refused" refuses 'read as another scene' select "$folder/single.run" --top 5 --to "$single"
-check "what is there is not written over" refuses 'best\.json: exists' select "$folder/single.run" --top 5 --to "$best"
-
-# ---- transforms_{train,val,test}.json -------------------------------------------------------------------------------------
-
-check "a scene of three files becomes three files" prints '\(transforms\)$' "$program" select "$folder/blender.run" --top 5 --to "$folder"
-check "they open above the scene's folder" trains blender.again "$folder"
-check "they hold the photos in their splits" kept blender.run blender.again blender/
-check "their cameras are the same" same_cameras "$blender" "$folder"
-check "each file has its keys" file_says "$folder/transforms_test.json" "j ->> '\$.camera_angle_x' = 0.8 AND
-    json_array_length(j, '\$.frames') = 4 AND j ->> '\$.frames[0].file_path' = 'blender/pictures/p00.png' AND
-    j -> '\$.train_filenames' IS NULL"
-rm "$folder"/transforms_*.json
-sed -i 's/0\.8/0.9/' "$blender/transforms_test.json"
-check "files with other cameras become three, too" prints '\(transforms\)$' \
-    "$program" select "$folder/blender.run" --top 5 --to "$folder/three/"
-check "each with its own" file_says "$folder/three/transforms_test.json" "j ->> '\$.camera_angle_x' = 0.9"
+check "what is there is not written over" refuses 'best\.txt: exists' select "$folder/single.run" --rule top:5 --to "$best"
+check "another extension is refused, with the remedy" refuses 'a file of names \(.txt\).*--copy DIR' \
+    select "$folder/single.run" --rule top:5 --to "$folder/best.json"
+check "as is a TSV of a scene without one" refuses 'only a PhotoTourism scene has a TSV' \
+    select "$folder/single.run" --rule top:5 --to "$folder/best.tsv"
 
 # ---- COLMAP -------------------------------------------------------------------------------------------------------------
 
-check "COLMAP's image list is written" prints '\(colmap\)$' "$program" select "$folder/colmap.run" --top 5 --to "$folder/colmap.txt"
-check "it has names as the model spells them" test "$(sort "$folder/colmap.txt")" = "$(query colmap.run "SELECT substr(name, 8) FROM image
+check "a list of COLMAP's photos is written" prints '\(text\)$' \
+    "$program" select "$folder/colmap.run" --rule top:5 --to "$folder/colmap.txt"
+check "it has their names" test "$(sort "$folder/colmap.txt")" = "$(query colmap.run "SELECT name FROM image
     JOIN score USING (image_id) WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 5" | sort)"
 check "it is a list for --train" trains colmap.again "$folder/colmap" --train "$folder/colmap.txt"
 check "it holds the photos" kept colmap.run colmap.again
@@ -198,7 +152,7 @@ check "the cameras are the same" same_cameras "$folder/colmap" "$folder/colmap" 
 
 # ---- NeRF-W -------------------------------------------------------------------------------------------------------------
 
-check "a TSV is written" prints '\(phototourism\)$' "$program" select "$folder/tourism.run" --top 5 --to "$folder/picked.tsv"
+check "a TSV is written" prints '\(phototourism\)$' "$program" select "$folder/tourism.run" --rule top:5 --to "$folder/picked.tsv"
 check "the way to train on it is shown" grep -qx "train    viewworth value $folder/tourism --train $folder/picked.tsv --out ANOTHER" \
     "$folder/stdout"
 check "every chosen photo trains and has an id" test "$(awk -F'\t' 'NR > 1 && $2 == "train" && $1 != "" && $4 == "tiny" { print $3 }' \
@@ -209,7 +163,7 @@ check "it holds the photos in their splits" kept tourism.run tourism.again
 
 # ---- Names, one a line ----------------------------------------------------------------------------------------------------
 
-check "a recipe's photos are a list" prints '\(text\)$' "$program" select "$folder/recipe.run" --top 5 --to "$folder/recipe.txt"
+check "a recipe's photos are a list" prints '\(text\)$' "$program" select "$folder/recipe.run" --rule top:5 --to "$folder/recipe.txt"
 check "it is a list for --train" trains recipe.again "$root/scenes/clean.json" --train "$folder/recipe.txt"
 check "it holds the photos" kept recipe.run recipe.again
 {
@@ -218,16 +172,17 @@ check "it holds the photos" kept recipe.run recipe.again
     for ((i = 1; i <= 12; i++)); do echo "$i,$(((i - 1) / 3)),\"${names[i % 3]}\",$((10 + i % 3)),0.$((50 - i))"; done
 } >"$folder/log.csv"
 "$program" import-steps "$folder/log.csv" --out "$folder/imported" >"$folder/stdout"
-check "photos of an imported log are a list" prints '\(text\)$' "$program" select "$folder/imported" --positive --to "$folder/imported.txt"
+check "photos of an imported log are a list" prints '\(text\)$' \
+    "$program" select "$folder/imported" --rule positive --to "$folder/imported.txt"
 check "it has their names" test "$(sort "$folder/imported.txt")" = "$(query imported "SELECT name FROM image JOIN score USING (image_id)
     WHERE method = 'dv_psnr' AND value > 0 ORDER BY name")"
 check "names for spreadsheets are guarded" grep -qE "^'(=cmd|\+1)" "$folder/imported/scores.csv"
 query imported "UPDATE image SET name = 'two
 lines.png' WHERE image_id = (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 1)"
 check "a name of two lines is refused" refuses 'damaged: column name has an invalid value' \
-    select "$folder/imported" --top 1 --to "$folder/lines.txt"
+    select "$folder/imported" --rule top:1 --to "$folder/lines.txt"
 query imported "UPDATE image SET name = ' spaced.png' WHERE name LIKE 'two%'"
-check "a name that readers would trim, too" refuses 'cannot be in a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
+check "a name that readers would trim, too" refuses 'cannot be in a list' select "$folder/imported" --rule top:1 --to "$folder/lines.txt"
 check "nothing was written of them" test ! -e "$folder/lines.txt"
 
 # ---- Rules and refusals -----------------------------------------------------------------------------------------------------
@@ -243,45 +198,44 @@ awk 'BEGIN {
     }
 }' >"$folder/steps.csv"
 "$program" import-steps "$folder/steps.csv" --out "$folder/steps" --quiet >"$folder/stdout"
-for rule in '--positive:value > 0' '--significant:ci_low > 0' '--not-harmful:ci_high >= 0' \
-    '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
-        ORDER BY value DESC LIMIT 3)' '--drop 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
+for rule in 'positive=value > 0' 'significant=ci_low > 0' 'not-harmful=ci_high >= 0' \
+    'top:25%=image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
+        ORDER BY value DESC LIMIT 3)' 'drop:25%=image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
         LIMIT 9)'; do
     rm -f "$folder/rule.txt"
-    # shellcheck disable=SC2086
-    "$program" select "$folder/steps" ${rule%%:*} --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
-    check "${rule%%:*} chooses as it says" test "$(cat "$folder/rule.txt")" = \
-        "$(query steps "SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_psnr' AND ${rule#*:} ORDER BY image_id")"
+    "$program" select "$folder/steps" --rule "${rule%%=*}" --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
+    check "${rule%%=*} chooses as it says" test "$(cat "$folder/rule.txt")" = \
+        "$(query steps "SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_psnr' AND ${rule#*=} ORDER BY image_id")"
     wc -l <"$folder/rule.txt" >>"$folder/rule_counts"
 done
 check "the rules differ" test "$(sort -u "$folder/rule_counts" | wc -l)" -ge 4
 run=$folder/single.run
-list=$folder/none.json
-check "--positive is warned of" grep -q '^warning: --positive: ' <(
-    "$program" select "$run" --positive --to "$folder/positive.json" --quiet 2>&1 >/dev/null)
+list=$folder/none.txt
+check "--rule positive is warned of" grep -q '^warning: --rule positive: ' <(
+    "$program" select "$run" --rule positive --to "$folder/positive.txt" --quiet 2>&1 >/dev/null)
 rm -f "$folder/rule.txt"
 check "with --method outliers are left out, and named" prints "^left out view_00: dv_loss z = -" \
     "$program" select "$folder/steps" --method dv_loss --to "$folder/rule.txt"
 check "all others are kept" test "$(tr '\n' ' ' <"$folder/rule.txt")" = "$(printf 'view_%02d ' {1..11})"
-check "--without-outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_loss' AND
+check "--rule without-outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_loss' AND
     json_array_length(j, '\$.lone_views') = 0 AND
     json_array_length(j, '\$.left_out') = 1 AND j ->> '\$.left_out[0].name' = 'view_00' AND j ->> '\$.left_out[0].z' < -3" \
-    "$program" select "$folder/steps" --without-outliers --method dv_loss --to "$folder/outliers.txt" --json
+    "$program" select "$folder/steps" --rule without-outliers --method dv_loss --to "$folder/outliers.txt" --json
 check "without a rule and training losses nobody is accused" prints "^kept     12 of 12 photos.*by train_fit, dv_psnr, dv_loss" \
     "$program" select "$folder/steps" --to "$folder/by_all.txt"
 check "that an imported run cannot be verified is said" says '^nothing was verified: an imported run cannot be trained again$'
 query steps "UPDATE score SET value = 9 WHERE method = 'dv_psnr' AND image_id = 0"
-check "scores that the steps do not give are refused" refuses_edited select "$folder/steps" --top 3 --to "$folder/edited.txt"
-check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
-check "--to is needed" refuses '--to is missing' select "$run" --positive
+check "scores that the steps do not give are refused" refuses_edited select "$folder/steps" --rule top:3 --to "$folder/edited.txt"
+check "--to is needed" refuses '--to is missing' select "$run" --rule positive
 check "an unknown method is refused with those there are" refuses 'method "nima" has no scores; use one of: dv_psnr, dv_loss' \
-    select "$run" --positive --method nima --to "$list"
-check "--top 5x is refused" refuses '--top takes' select "$run" --top 5x --to "$list" # test_selection.c has other texts
-check "as is --top 101%" refuses 'cannot select by' select "$run" --top 101% --to "$list"
-check "dropping all is refused" refuses 'all 12 photos' select "$run" --drop 100% --to "$list"
-check "a folder without a ledger is refused" refuses 'ledger\.db' select "$folder/elsewhere" --positive --to "$list"
-check "a run without scores is refused" refuses 'no scores; value the photos first' select "$folder/single.again" --positive --to "$list"
-check "a place that is not there is refused" refuses 'no/such' select "$run" --top 3 --to "$folder/no/such/list.json"
+    select "$run" --rule positive --method nima --to "$list"
+check "--rule top:5x is refused" refuses '--rule takes one of without-outliers' select "$run" --rule top:5x --to "$list"
+check "as is --rule top:101%" refuses 'cannot select by' select "$run" --rule top:101% --to "$list"
+check "dropping all is refused" refuses 'all 12 photos' select "$run" --rule drop:100% --to "$list"
+check "a folder without a ledger is refused" refuses 'ledger\.db' select "$folder/elsewhere" --rule positive --to "$list"
+check "a run without scores is refused" refuses 'no scores; value the photos first' \
+    select "$folder/single.again" --rule positive --to "$list"
+check "a place that is not there is a failure" fails 1 'no/such' "$program" select "$run" --rule top:3 --to "$folder/no/such/list.txt" --quiet
 
 # ---- A ledger from elsewhere ------------------------------------------------------------------------------------------------
 
@@ -290,25 +244,20 @@ query elsewhere.run "UPDATE run SET status = 'interrupted', scene_options_json =
     '{\"x; touch pwned #\":1,\"downscale\":2,\"corrupt\":3,\"providers\":\"\$(touch pwned)\"}'"
 check "the way to train names known options alone, as a shell takes them" prints \
     "^train    viewworth value $folder/colmap --train $folder/from.txt --downscale 2 --providers '\\$\(touch pwned\)' --out ANOTHER$" \
-    "$program" select "$folder/elsewhere.run" --top 5 --to "$folder/from.txt"
+    "$program" select "$folder/elsewhere.run" --rule top:5 --to "$folder/from.txt"
 check "a run that did not finish is warned of" grep -q '^warning: .*the run is interrupted, not finished' "$folder/stderr"
 check "as are photos that were corrupted by --corrupt" grep -q '^warning: .*corrupted 3 photos (--corrupt)' "$folder/stderr"
 
-# ---- A scene that has changed since ---------------------------------------------------------------------------------------
+# ---- Without the scene's photos -------------------------------------------------------------------------------------------
 
-sed -i 's,images/p04,images/p05,' "$single/transforms.json"
-check "a scene that lacks a photo is refused" refuses 'no longer the scene that was valued: it lacks images/p04\.png' \
-    select "$run" --top 3 --to "$list"
-sed -i 's,images/p05,images/p04,; s,"frames": \[,&{"file_path": "images/new.png"}\,,' "$single/transforms.json"
-check "photos that came later are left out, and that is said" bash -c "'$program' select '$run' --top 3 --to '$list' 2>&1 >/dev/null |
-    grep -c '^warning: left out 1 frame of .*(first: images/new.png)' | grep -qx 1"
-check "they are not listed" file_says "$list" "json_array_length(j, '\$.frames') = 7"
-mv "$single" "$folder/moved"
-check "a scene that is not there is refused" refuses 'no such scene' select "$run" --top 3 --to "$folder/gone.json"
 rm -r "$colmap/images" "$tourism/dense/images"
-check "images are not needed" prints '\(colmap\)$' "$program" select "$folder/colmap.run" --top 5 --to "$folder/without.txt"
+check "images are not needed" prints '\(text\)$' "$program" select "$folder/colmap.run" --rule top:5 --to "$folder/without.txt"
 check "the list is the same" cmp "$folder/colmap.txt" "$folder/without.txt"
-check "nor are a PhotoTourism scene's" prints '\(phototourism\)$' "$program" select "$folder/tourism.run" --top 5 --to "$folder/without.tsv"
+check "nor are a PhotoTourism scene's" prints '\(phototourism\)$' "$program" select "$folder/tourism.run" --rule top:5 \
+    --to "$folder/without.tsv"
 check "that list is the same, too" cmp "$folder/picked.tsv" "$folder/without.tsv"
-check "refused lists left nothing" test -z "$(find "$folder" -name '*.part-*' -o -name gone.json)"
+rm -r "$tourism/dense/sparse"
+check "a scene that lacks its photos is refused" refuses 'no COLMAP model; restore it' \
+    select "$folder/tourism.run" --rule top:5 --to "$folder/gone.tsv"
+check "refused lists left nothing" test -z "$(find "$folder" -name '*.part-*' -o -name 'gone.*')"
 conclude "$@"

@@ -6,7 +6,7 @@
 tiny=(--epochs 3 --rays 32 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 8
     --width 16 --device llvmpipe --effects none --quiet)
 refuses() { fails 2 "$1" "$program" select "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...
-copies() { run "$program" select "$1" --drop 1 --copy "${@:2}" --quiet; }
+copies() { run "$program" select "$1" --rule drop:1 --copy "${@:2}" --quiet; }
 
 names=(0.png '=1+1.png' "2'; DROP.png" '$(touch x).png' 4.png 'süß 写真.png' '<b>&amp;.png' 'sub/7.png' '%s%n.png' -9.png 10.png 11.png)
 frames() { # frames PREFIX KEYS: of transforms.json; every second photo has a mask, and every third frame these keys
@@ -79,24 +79,24 @@ check "transforms.json names them" answers "(SELECT count(*) = 11 AND sum(value 
     cat "$folder/transforms.copy/transforms.json"
 check "by COLMAP's names, too" test -s "$folder/colmap.copy/masks/0.png.png" -a -s "$folder/colmap.copy/masks/sub/7.png.png"
 check "so are maps of features" cmp "$colmap/features/sub/7.npy" "$folder/colmap.copy/features/sub/7.png.npy"
-check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' = '$folder/list.txt' AND j ->> '\$.format' = 'colmap' AND
+check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' = '$folder/list.txt' AND j ->> '\$.format' = 'text' AND
     j ->> '\$.copy' = '$folder/both' AND json_array_length(j, '\$.selected') = 8" \
-    "$program" select "$folder/colmap.run" --drop 1 --to "$folder/list.txt" --copy "$folder/both" --json --quiet
+    "$program" select "$folder/colmap.run" --rule drop:1 --to "$folder/list.txt" --copy "$folder/both" --json --quiet
 check "both are there" test -s "$folder/list.txt" -a -s "$folder/both/transforms.json"
-check "the copy is told" prints "^copy     $folder/told " "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/told"
+check "the copy is told" prints "^copy     $folder/told " "$program" select "$folder/colmap.run" --rule drop:1 --copy "$folder/told"
 
 # ---- What is refused leaves nothing -----------------------------------------------------------------------------------------
 
-check "a folder with files is refused" refuses 'both: exists; name a new' "$folder/colmap.run" --drop 1 --copy "$folder/both"
-check "neither --to nor --copy is refused" refuses '--to is missing.*--copy' "$folder/colmap.run" --drop 1
+check "a folder with files is refused" refuses 'both: exists; name a new' "$folder/colmap.run" --rule drop:1 --copy "$folder/both"
+check "neither --to nor --copy is refused" refuses '--to is missing.*--copy' "$folder/colmap.run" --rule drop:1
 run "$program" value "$root/scenes/clean.json" --out "$folder/recipe.run" "${tiny[@]}"
-check "a recipe is refused" refuses 'a recipe has no photo files' "$folder/recipe.run" --drop 1 --copy "$folder/none"
+check "a recipe is refused" refuses 'a recipe has no photo files' "$folder/recipe.run" --rule drop:1 --copy "$folder/none"
 check "a place that is not there is a failure" fails 1 'no/such/copy: cannot make the folder' \
-    "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/no/such/copy" --quiet
+    "$program" select "$folder/colmap.run" --rule drop:1 --copy "$folder/no/such/copy" --quiet
 mkdir "$folder/full"
 if mount -t tmpfs -o size=12k tmpfs "$folder/full" 2>/dev/null; then
     check "a full disk is a failure" fails 1 'No space left' \
-        "$program" select "$folder/colmap.run" --drop 1 --copy "$folder/full/copy" --quiet
+        "$program" select "$folder/colmap.run" --rule drop:1 --copy "$folder/full/copy" --quiet
     check "nothing is left on it" test -z "$(ls -A "$folder/full")"
     umount "$folder/full"
 else
@@ -111,23 +111,25 @@ check "an imported run is refused before its scores choose" refuses 'was importe
     --copy "$folder/none"
 check "a recipe is refused before any training" eval 'refuses "a recipe has no photo files" "$folder/recipe.run" --copy "$folder/none" &&
     test ! -e "$folder/recipe.run/retrainings.db"'
-check "so is a list whose name does not fit the scene" eval 'refuses "best.list: the scene has the format transforms" \
+check "so is a list of another extension" eval 'refuses "best.list: takes a file of names" \
     "$folder/transforms.run" --to "$folder/best.list" && test ! -e "$folder/transforms.run/retrainings.db"'
-check "and one that is there, before the copy is made" refuses 'list.txt: exists' "$folder/colmap.run" --drop 1 --to "$folder/list.txt" \
+check "and one that is there, before the copy is made" refuses 'list.txt: exists' \
+    "$folder/colmap.run" --rule drop:1 --to "$folder/list.txt" \
     --copy "$folder/none"
 mkdir "$folder/new"
 check "a list that can be written leaves no folder before it is" refuses 'both: exists; name a new or an empty' \
-    "$folder/transforms.run" --drop 1 --to "$folder/new/list" --copy "$folder/both"
+    "$folder/transforms.run" --rule drop:1 --to "$folder/new/list.txt" --copy "$folder/both"
 check "and nothing in it" test -z "$(ls -A "$folder/new")"
 printf x >>"$colmap/images/4.png"
-check "a photo that has changed is refused" refuses 'images/4\.png: not the file that was valued' "$folder/colmap.run" --drop 1 \
+check "a photo that has changed is refused" refuses 'images/4\.png: not the file that was valued' "$folder/colmap.run" --rule drop:1 \
     --copy "$folder/none" --to "$folder/later.txt"
 check "its list is not written, so that the same command can go on" test ! -e "$folder/later.txt"
 sed -i 's,pictures/10.png,../secret.png,' "$transforms/transforms.json"
 write_photo "$folder/secret.png"
-check "a name that leaves the scene is refused" refuses 'file_path leaves the scene folder' "$folder/transforms.run" --drop 1 \
+check "a name that leaves the scene is refused" refuses 'file_path leaves the scene folder' "$folder/transforms.run" --rule drop:1 \
     --copy "$folder/none"
 sed -i 's,\.\./secret.png,pictures/none.png,' "$transforms/transforms.json"
-check "a photo that the scene lacks is refused" refuses 'it lacks pictures/10\.png' "$folder/transforms.run" --drop 1 --copy "$folder/none"
+check "a photo that the scene lacks is refused" refuses 'it lacks pictures/10\.png' \
+    "$folder/transforms.run" --rule drop:1 --copy "$folder/none"
 check "nothing is left of them" test -z "$(find "$folder" -maxdepth 2 -name '.viewworth-*' -o -maxdepth 2 -name none)"
 conclude "$@"

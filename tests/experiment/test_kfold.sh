@@ -70,8 +70,8 @@ check "another seed divides otherwise" test -n "$(comm -3 <(sort "$folder/two/fo
 check "the scores are a list for compare" eval 'run "$program" compare "$scene" --list all --list "$folder/whole/dv_psnr.csv@-100" \
     --out "$folder/compared" "${tiny[@]}" --seeds 1 --epochs 2 --views 0 --quiet --no-thumbnails'
 check "select names the command to use" fails 2 'holds the folds of value --kfold; .* viewworth compare SCENE .*dv_psnr.csv@0' \
-    "$program" select "$folder/whole" --positive --to "$folder/list.txt"
-check "and takes a single fold" run "$program" select "$folder/whole/fold-1" --top 2 --to "$folder/list.txt"
+    "$program" select "$folder/whole" --rule positive --to "$folder/list.txt"
+check "and takes a single fold" run "$program" select "$folder/whole/fold-1" --rule top:2 --to "$folder/list.txt"
 for k in 0 1 11 x; do check "--kfold $k is refused" refused one '--kfold takes a whole number, 2 to 10' --kfold "$k"; done
 check "more folds than photos are refused" refused one '--kfold 9: the scene has 8 photos' --kfold 9
 check "other folds are refused" refused whole 'fold-1/train.txt: has other photos; the folder was made with another --kfold' --kfold 4

@@ -89,12 +89,6 @@ check "Ctrl-C is said to keep the trainings" grep -q 'interrupted; stopped keeps
 check "some are kept" test "$(retrainings stopped)" -gt $((made * 3 / 2))
 check "no list is written" test ! -e stopped.txt
 
-# ---- A rule that was asked for ----
-
-check "--verify has the rule among the candidates" verify valued asked.txt --verify --drop 20%
-check "by its name" grep -qE '^drop:20%:dv_psnr +10 ' stdout
-check "its lists alone are trained on" test "$(retrainings valued)" -le $((made * 3 / 2 + 4))
-
 # ---- Few validation photos ----
 
 printf 'view_012\nview_013\n' >two.txt
@@ -112,27 +106,19 @@ check "without a training" test "$(retrainings one)" = 0
 
 # ---- Refusals ----
 
-check "--quick beside --verify" refuses '--quick verifies nothing' select valued --verify --quick --to r.txt
-check "a rule that drops all" refuses 'all 12 photos would be dropped' select valued --verify --drop 100% --to r.txt
-check "a method without scores" refuses 'method "nima" has no scores' select valued --verify --method nima --to r.txt
-check "--seeds without trainings" refuses '--seeds needs --verify' select valued --top 3 --seeds 3 --to r.txt
+check "a rule that drops all" refuses 'all 12 photos would be dropped' select valued --rule drop:100% --to r.txt
+check "a method without scores" refuses 'method "nima" has no scores' select valued --method nima --to r.txt
+check "--seeds without trainings" refuses '--seeds is of trainings' select valued --rule top:3 --seeds 3 --to r.txt
 check "a list that is there, before any training" refuses 'list.txt: exists' select two --to list.txt --seeds 9
 check "no scores" refuses 'no scores; value the photos first' select trained --to r.txt
-{
-    echo 'step,epoch,photo,psnr,l1'
-    echo '0,0,,10,0.5'
-    for ((i = 1; i <= 12; i++)); do echo "$i,$(((i - 1) / 3)),photo$((i % 3)),$((10 + i % 3)),0.$((50 - i))"; done
-} >log.csv
-"$program" import-steps log.csv --out imported >stdout
-check "an imported run" refuses 'was imported|validation photos' select imported --verify --to r.txt
 cp -r valued other
 sqlite3 other/ledger.db "UPDATE image SET name = 'view_112' WHERE name = 'view_012'"
-check "image rows that are not the scene's" eval '! "$program" select other --verify --to r.txt --quiet 2>stderr &&
+check "image rows that are not the scene's" eval '! "$program" select other --to r.txt --quiet 2>stderr &&
     grep -q "an image row was edited" stderr'
 sqlite3 other/ledger.db "UPDATE image SET name = 'view_012' WHERE name = 'view_112'"
 sed -i 's/"seed": 3/"seed": 4/' tiny.json
-check "a scene that has changed" refuses 'no longer the scene' select other --verify --to r.txt
+check "a scene that has changed" refuses 'no longer the scene' select other --to r.txt
 rm tiny.json
-check "a scene that is gone" refuses 'tiny.json' select other --verify --to r.txt
+check "a scene that is gone" refuses 'tiny.json' select other --to r.txt
 check "nothing was written of what was refused" test ! -e r.txt
 conclude "$@"

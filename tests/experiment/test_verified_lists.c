@@ -50,7 +50,7 @@ static bool keeps(const struct vw_selection *selection, uint32_t image_id) {
 TEST(rules_apply_to_the_scores_of_each_half) {
     struct vw_verified_lists lists;
     struct vw_scorings scorings = make_scorings(2);
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     check_names(&lists, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; top:75%:dv_psnr 8; "
                         "top:75%:quality 8; " CONTROLS);
     const struct vw_selection *made = lists.of[1].selections;
@@ -65,7 +65,7 @@ TEST(rules_apply_to_the_scores_of_each_half) {
 TEST(a_method_without_scores_has_no_lists) {
     AUTO(vw_verified_lists_free) struct vw_verified_lists lists;
     struct vw_scorings scorings = make_scorings(1);
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     check_names(&lists, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; "
                         "top:75%:dv_psnr 8; " CONTROLS);
 }
@@ -75,12 +75,12 @@ TEST(lasting_credit_selects_where_every_scoring_has_it) {
     struct vw_scorings scorings = make_scorings(2);
     for (int s = 0; s < VW_SCORINGS; s++)
         for (uint32_t i = PHOTOS; i < 2 * PHOTOS; i++) rows[s][i].method = "lasting_psnr";
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     check_names(&lists, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; top:75%:dv_psnr 8; "
                         "top:90%:lasting_psnr 9; top:75%:lasting_psnr 8; " CONTROLS);
     vw_verified_lists_free(&lists);
     scorings.score_counts[VW_HALF_B] = PHOTOS; // a sweep of all validation photos together
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     for (uint32_t c = 0; c < lists.count; c++) assert_string_not_equal(lists.of[c].method, "lasting_psnr");
     vw_verified_lists_free(&lists);
 }
@@ -90,7 +90,7 @@ TEST(lists_that_differ_by_one_scoring_are_two) {
     AUTO(vw_verified_lists_free) struct vw_verified_lists lists;
     struct vw_scorings scorings = make_scorings(1);
     rows[VW_HALF_BOTH][3].value = 1; // positive keeps all photos by all validation photos
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     assert_string_equal(lists.of[1].name, "positive");
     assert_null(lists.of[1].same_as);
     assert_int_equal(lists.of[1].selections[VW_HALF_BOTH].count, 10);
@@ -102,15 +102,14 @@ TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {
     struct vw_scorings scorings = make_scorings(1);
     for (uint32_t i = 1; i < PHOTOS; i++) rows[VW_HALF_B][i].value = -rows[VW_HALF_B][i].value; // photo 0 and 4 stay
     rows[VW_HALF_B][4].value = -3;
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     for (uint32_t c = 0; c < lists.count; c++) {
         assert_string_not_equal(lists.of[c].name, "positive");
         if (lists.of[c].same_as) assert_null(strstr(lists.of[c].same_as, "positive"));
     }
     vw_verified_lists_free(&lists);
     scorings.score_counts[VW_HALF_A] = 0;
-    ASSERT_FAILS(vw_verified_lists_make(&scorings, NULL, NULL, &lists), VW_ERROR_INPUT,
-                 "no scores; value the photos first");
+    ASSERT_FAILS(vw_verified_lists_make(&scorings, &lists), VW_ERROR_INPUT, "no scores; value the photos first");
     vw_verified_lists_free(&lists);
 }
 
@@ -118,33 +117,27 @@ TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {
 TEST(a_lone_view_is_left_out_by_no_score) {
     struct vw_verified_lists lists;
     struct vw_scorings scorings = make_scorings(3);
-    const struct vw_selection_params asked = {
-        .method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 75, .percent = true};
     for (int s = 0; s < VW_SCORINGS; s++)
         for (uint32_t i = 0; i < PHOTOS; i++) {
             rows[s][PHOTOS + i] = rows[s][i];
             rows[s][PHOTOS + i].method = "dv_loss";
             rows[s][2 * PHOTOS + i] = (struct vw_ledger_score){i, "train_fit", 20 + 0.1 * i, "", 0, 4, 0, 50, 0, 0};
         }
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     check_names(&lists,
                 "all 10 = without-outliers, not-harmful, positive, top:90%:dv_psnr; top:75%:dv_psnr 9; " CONTROLS);
     assert_true(keeps(&lists.of[1].selections[VW_HALF_A], 3));
     assert_true(keeps(&lists.of[1].selections[VW_HALF_B], 4));
     assert_true(keeps(&lists.of[1].selections[VW_HALF_BOTH], 3));
     vw_verified_lists_free(&lists);
-    ASSERT_OK(vw_verified_lists_make(&scorings, &asked, "top:75%:dv_psnr", &lists)); // but by a rule that is asked for
-    check_names(&lists, "all 10 = without-outliers, not-harmful, positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
-                        "asked-and-lone 9; " CONTROLS);
-    vw_verified_lists_free(&lists);
 }
 
 TEST(lists_without_scores_are_the_same_by_all_scorings) {
     struct vw_verified_lists lists, again;
     struct vw_scorings scorings = make_scorings(1);
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &lists));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &lists));
     scorings.seed = 1;
-    ASSERT_OK(vw_verified_lists_make(&scorings, NULL, NULL, &again));
+    ASSERT_OK(vw_verified_lists_make(&scorings, &again));
     uint32_t first = lists.count - 4, differ = 0;
     for (uint32_t c = first; c < lists.count; c++) {
         const struct vw_selection *made = lists.of[c].selections;
@@ -160,35 +153,4 @@ TEST(lists_without_scores_are_the_same_by_all_scorings) {
     for (uint32_t i = 0; i < PHOTOS; i++) assert_int_equal(keeps(thinned, PHOTOS - 1 - i), i != 2 && i != 7);
     vw_verified_lists_free(&lists);
     vw_verified_lists_free(&again);
-}
-
-TEST(a_rule_that_was_asked_for_is_a_list) {
-    struct vw_verified_lists lists;
-    struct vw_scorings scorings = make_scorings(2);
-    struct vw_selection_params asked = {.method = "quality", .rule = VW_SELECT_DROP, .amount = 3};
-    ASSERT_OK(vw_verified_lists_make(&scorings, &asked, "drop:3:quality", &lists));
-    assert_string_equal(lists.of[1].name, "drop:3:quality");
-    assert_string_equal(lists.of[1].method, "quality");
-    assert_int_equal(lists.of[1].selections[VW_HALF_BOTH].count, 7);
-    vw_verified_lists_free(&lists);
-    scorings.score_counts[VW_HALF_A] = PHOTOS;
-    ASSERT_FAILS(vw_verified_lists_make(&scorings, &asked, "drop:3:quality", &lists), VW_ERROR_USAGE,
-                 "needs scores by each half");
-    vw_verified_lists_free(&lists);
-}
-
-// A rule that is asked for leaves out lone views, which the same rule of the list spares: they have two names.
-TEST(no_two_lists_have_one_name) {
-    struct vw_verified_lists lists;
-    struct vw_scorings scorings = make_scorings(2);
-    struct vw_selection_params asked = {.method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 75, .percent = true};
-    ASSERT_OK(vw_verified_lists_make(&scorings, &asked, "top:75%:dv_psnr", &lists));
-    check_names(&lists, "all 10 = without-outliers, not-harmful; top:75%:dv_psnr 8 = asked-and-lone; "
-                        "positive 9 = top:90%:dv_psnr; top:75%:quality 8; " CONTROLS);
-    vw_verified_lists_free(&lists);
-    asked = (struct vw_selection_params){.rule = VW_SELECT_OUTLIERS};
-    ASSERT_OK(vw_verified_lists_make(&scorings, &asked, "without-outliers", &lists));
-    check_names(&lists, "all 10 = without-outliers, not-harmful; positive 9 = top:90%:dv_psnr; top:75%:dv_psnr 8; "
-                        "top:75%:quality 8; " CONTROLS);
-    vw_verified_lists_free(&lists);
 }

@@ -46,8 +46,8 @@ check "that of providers is the sum of their photos'" test "$(sqlite3 -cmd '.mod
     provider, sum(value) AS total FROM run.score JOIN run.image USING (image_id) WHERE method = 'worth_psnr' GROUP BY 1) AS s
     USING (provider) WHERE t.method = 'worth_psnr'")" = 3,0
 check "the report has it" grep -q worth_psnr "$folder/run/report.html"
-check "photos are selected by it" prints 'by worth_psnr: interval not below zero' "$program" select "$folder/run" --method worth_psnr \
-    --not-harmful --to "$folder/list.txt"
+check "photos are selected by it" prints 'by worth_psnr: not-harmful' "$program" select "$folder/run" --method worth_psnr \
+    --rule not-harmful --to "$folder/list.txt"
 check "JSON says the same" run worth run --json
 cp "$folder/stdout" "$folder/worth.json"
 check "with the interval of the accuracy" test "$(sqlite3 :memory: "SELECT CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.retrainings',

@@ -93,7 +93,7 @@ fault_locked() { # for ever, and for a second
 # commands_refuse FAULT OUT: whatever reads a ledger takes it or says in one line why not
 commands_refuse() {
     local command code outcome='went on'
-    for command in 'verify OUT' 'value SCENE --out OUT --resume' 'report OUT' 'select OUT --to OUT/list.txt --top 3'; do
+    for command in 'verify OUT' 'value SCENE --out OUT --resume' 'report OUT' 'select OUT --to OUT/list.txt --rule top:3'; do
         read -ra words <<<"${command//OUT/$folder/$2}"
         words=("${words[@]/SCENE/$scene}")
         [[ ${words[0]} != value ]] || words+=("${training[@]}")

@@ -30,12 +30,12 @@ check "worth --payout refuses" refuses "$program" worth "$folder/edited" --payou
 check "lasting refuses" refuses "$program" lasting "$folder/edited"
 check "value --resume refuses" refuses value edited --resume
 check "value --resume --epochs refuses" refuses value edited --resume --epochs 4
-check "select --verify refuses" eval '! "$program" select "$folder/edited" --verify --to "$folder/list.txt" 2>"$folder/stderr" &&
+check "select refuses to train" eval '! "$program" select "$folder/edited" --to "$folder/list.txt" 2>"$folder/stderr" &&
     grep -q "step 4 .*was edited" "$folder/stderr" && [[ ! -e $folder/list.txt ]]'
-check "select says so" says "$program" select "$folder/edited" --top 2 --to "$folder/list.txt"
+check "select says so" says "$program" select "$folder/edited" --rule top:2 --to "$folder/list.txt"
 check "worth that reads says so" says "$program" worth "$folder/edited"
 check "render says so" says "$program" render "$folder/edited" --to "$folder/render.png"
 check "report says so" says "$program" report "$folder/edited" --to "$folder/report.html" --no-thumbnails
 check "merge refuses" fails 1 'step 4 .*was edited' "$program" merge "$folder/edited" --out "$folder/merged"
-check "nothing is said of a ledger that verifies" silent "$program" select "$folder/run" --top 2 --to "$folder/another.txt"
+check "nothing is said of a ledger that verifies" silent "$program" select "$folder/run" --rule top:2 --to "$folder/another.txt"
 conclude "$@"

@@ -1,11 +1,9 @@
-// Lists of chosen photos in the formats of scenes, and that they open again: splits that lists moved, paths, what is
-// refused. (What select makes of whole runs is in tests/cli/test_select.sh.)
+// Lists of chosen photos, and that scenes take them: splits that lists moved, what is refused. (What select makes of
+// whole runs is in tests/cli/test_select.sh.)
 #include "support/cmocka_test.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <jansson.h>
 
 #include "scene/formats/photo_list.h"
 #include "support/colmap_files.h"
@@ -17,27 +15,20 @@ enum { PHOTOS_MOST = 16 };
 #define HEADERS(...) SCENE_PARAMS(.headers_only = true, __VA_ARGS__)
 
 // Writes the list of a scene as it is opened with these params. A train photo is chosen if its letter in `chosen` is y.
-static enum vw_status write_list(const struct vw_scene_params *params, const char *chosen, const char *to,
-                                 const char *format, bool opens) {
+static enum vw_status write_list(const struct vw_scene_params *params, const char *chosen, const char *to) {
     struct vw_listed_photo photos[PHOTOS_MOST];
     struct vw_scene *scene = tiny_scene_open(params);
-    const char *written = NULL;
-    bool written_opens = !opens;
     assert_int_equal(strlen(chosen), scene->view_count);
     for (uint32_t v = 0; v < scene->view_count; v++)
         photos[v] = (struct vw_listed_photo){scene->views[v].name, scene->views[v].split,
                                              scene->views[v].split == VW_SPLIT_TRAIN && chosen[v] == 'y'};
-    const struct vw_photo_list list = {params->path, params->format, photos, scene->view_count, to};
-    enum vw_status status = vw_photo_list_write(&list, &written, &written_opens);
-    if (!status && format) assert_string_equal(written, format);
-    if (!status) assert_int_equal(written_opens, opens);
-    return status;
+    return vw_photo_list_write(&(struct vw_photo_list){params->path, photos, scene->view_count, to});
 }
 
 // Checks that such a list is refused.
 static void check_not_written(const struct vw_scene_params *params, const char *chosen, const char *to,
                               enum vw_status status, const char *text) {
-    ASSERT_FAILS(write_list(params, chosen, to, NULL, false), status, text);
+    ASSERT_FAILS(write_list(params, chosen, to), status, text);
 }
 
 // Checks the splits of the scene. `expected` has a word per view: its name and t(rain), v(al), T(est) or x(excluded).
@@ -55,7 +46,8 @@ static void check_text(const char *path, const char *expected) {
     assert_string_equal(text, expected);
 }
 
-// ---- transforms.json ------------------------------------------------------------------------------------------------
+// ---- Splits of transforms.json
+// ------------------------------------------------------------------------------------------------
 
 FOLDER_TEST(splits_of_the_file_are_kept) {
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
@@ -83,89 +75,6 @@ FOLDER_TEST(splits_of_the_file_are_kept) {
     }
 }
 
-// Splits that lists made hold in the file, without the lists.
-FOLDER_TEST(transforms_keep_the_splits_of_lists) {
-    tiny_scene_write(*state, &(struct tiny_scene){.count = 6});
-    const char *val = temporary_file(*state, "val.txt", "01.png\n"),
-               *test = temporary_file(*state, "test.txt", "04.png\n");
-    const struct vw_scene_params lists = {.path = *state, .headers_only = true, .val_list = val, .test_list = test};
-    const char *to = temporary_path(*state, "list.json");
-    ASSERT_OK(write_list(&lists, "ynyyny", to, "transforms", true));
-    check_scene(HEADERS(.path = to),
-                "images/00.png:t images/01.png:v images/02.png:t images/03.png:t images/04.png:T images/05.png:t");
-    check_not_written(&lists, "ynyyny", to, VW_ERROR_USAGE, "exists; name a new");
-}
-
-// With a file for each split, photos go to the file of their split, as long as all else in the files is the same.
-FOLDER_TEST(three_files_hold_a_split_each) {
-    AUTO_FREE char *scene = vw_path_join(*state, "a/b");
-    ASSERT_OK(vw_folder_create(scene));
-    tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
-    tiny_scene_write(
-        scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3}); // two of them validate
-    const struct vw_scene_params params = {.path = scene, .headers_only = true};
-    ASSERT_OK(write_list(&params, "nyynnnn", *state, "transforms", true));
-    check_scene(HEADERS(.path = *state),
-                "a/b/images/01.png:t a/b/images/02.png:t a/b/images/04.png:v a/b/images/05.png:v a/b/images/06.png:T");
-    ASSERT_OK(write_list(&params, "nyynnnn", temporary_path(scene, "best.json"), "transforms",
-                         true)); // they fit into one, too
-    check_scene(HEADERS(.path = temporary_path(scene, "best.json")),
-                "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
-    check_not_written(&params, "yyyynnn", *state, VW_ERROR_USAGE, "transforms_train.json: exists");
-    check_not_written(&params, "yyyynnn", scene, VW_ERROR_USAGE, "read as another scene");
-    check_not_written(&params, "yyyynnn", temporary_path(scene, "transforms.json"), VW_ERROR_USAGE, "another scene");
-
-    check_not_written(&params, "yyyynnn", temporary_path(*state, "c.tsv"), VW_ERROR_USAGE,
-                      "name a .json file, or a folder");
-    const char *beside = temporary_path(*state, "c.d/");
-    const char *val = temporary_file(*state, "val.txt", "00.png\n");
-    ASSERT_OK(write_list(HEADERS(.path = scene, .val_list = val), "nyynnnn", beside, NULL, false));
-    tiny_scene_write(
-        scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3, .keys = "\"fl_x\": 3,"});
-    check_not_written(&params, "yyyynnn", temporary_path(scene, "one.json"), VW_ERROR_INPUT, "name a folder");
-    const char *mixed = temporary_path(*state, "mixed");
-    const char *test = temporary_file(*state, "test.txt", "00.png\n06.png\n");
-    check_not_written(HEADERS(.path = scene, .test_list = test), "nyyynnn", mixed, VW_ERROR_INPUT,
-                      "without lists of splits");
-    assert_false(vw_folder_exists(mixed)); // as it was not there before
-    check_not_written(&params, "yyyynnn", temporary_path(*state, "p/q/r"), VW_ERROR_USAGE, "a folder that exists");
-    assert_false(vw_folder_exists(temporary_path(*state, "p")));
-}
-
-// A way that starts anywhere leads to the photos, links followed.
-FOLDER_TEST(paths_lead_from_the_list) {
-    static const struct {
-        const char *to, *path;
-        bool opens;
-    } cases[] = {
-        {"s/s/t.json", "images/00.png", true},        {"s/t.json", "s/images/00.png", true},
-        {"t.json", "s/s/images/00.png", true},        {"s/sb/t.json", "../s/images/00.png", false},
-        {"s/s/in/t.json", "../images/00.png", false}, {"x/y/z/t.json", "../../../s/s/images/00.png", false},
-        {"link/t.json", "../images/00.png", false},
-    };
-    AUTO_FREE char *scene = vw_path_join(*state, "s/s");
-    ASSERT_OK(vw_folder_create(scene));
-    tiny_scene_write(scene, &(struct tiny_scene){.count = 4, .name_prefix = "./images/"});
-    const char *folders[] = {"s/sb", "s/s/in", "x/y/z"};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(folders); i++)
-        ASSERT_OK(vw_folder_create(temporary_path(*state, folders[i])));
-    assert_int_equal(symlink("s/s/in", temporary_path(*state, "link")), 0);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        const char *to = temporary_path(*state, cases[i].to);
-        unlink(to);
-        ASSERT_OK(write_list(HEADERS(.path = scene), "yyyy", to, NULL, cases[i].opens));
-        AUTO_FREE void *text = temporary_read(to, NULL);
-        AUTO_FREE char *wanted = vw_format_text("\"file_path\": \"%s%s\"", i == 0 ? "./" : "",
-                                                cases[i].path); // untouched in the same folder
-        if (!strstr(text, wanted)) fail_msg("%s: %s is not in %s", cases[i].to, wanted, (char *)text);
-    }
-    ASSERT_FAILS(write_list(HEADERS(.path = scene), "yyyy", temporary_path(*state, "no/t.json"), NULL, false),
-                 VW_ERROR_USAGE, "name a folder that exists");
-    ASSERT_OK(vw_folder_create(temporary_path(*state, "bad\xff")));
-    ASSERT_OK(write_list(HEADERS(.path = scene), "yyyy", temporary_path(*state, "bad\xff/t.json"), NULL,
-                         false)); // only the way down matters
-}
-
 // ---- PhotoTourism ---------------------------------------------------------------------------------------------------
 
 static const char *const names[DENSE_PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",
@@ -182,8 +91,9 @@ FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
         &params,
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:t dense/images/p3.png:t dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    const char *to = temporary_path(*state, "list.txt");
-    ASSERT_OK(write_list(&params, "nynnyyny", to, "phototourism", false));
+    const char *to = temporary_path(*state, "lists/list.tsv");
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "lists")));
+    ASSERT_OK(write_list(&params, "nynnyyny", to));
     check_text(
         to,
         "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntrain\t11\t\tp1.png\td\n" // with COLMAP's id
@@ -199,7 +109,8 @@ FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
         HEADERS(.path = *state, .pool = "list"),
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    check_not_written(&params, "nynnyyny", temporary_path(*state, "list.tsv"), VW_ERROR_USAGE, "may have only one TSV");
+    check_not_written(&params, "nynnyyny", temporary_path(*state, "another.tsv"), VW_ERROR_USAGE,
+                      "may have only one TSV");
 }
 
 // Photos that lists move from one split to another: none trains that validates or tests.
@@ -207,8 +118,9 @@ FOLDER_TEST(a_tsv_keeps_the_splits_of_lists) {
     colmap_write_dense(*state, names, rows);
     const char *train = temporary_file(*state, "train.txt", "p0.png\np2.png\np3.png\n"),
                *val = temporary_file(*state, "val.txt", "p1.png\n");
-    const char *to = temporary_path(*state, "list.txt");
-    ASSERT_OK(write_list(HEADERS(.path = *state, .train_list = train, .val_list = val), "ynnynnnn", to, NULL, false));
+    const char *to = temporary_path(*state, "lists/list.tsv");
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "lists")));
+    ASSERT_OK(write_list(HEADERS(.path = *state, .train_list = train, .val_list = val), "ynnynnnn", to));
     check_text(
         to,
         "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntest\t\t\tp1.png\td\ntest\t\t\tgone.png\td\n"
@@ -229,105 +141,38 @@ FOLDER_TEST(a_tsv_serves_as_a_list) {
     tiny_scene_refused(HEADERS(.path = *state, .train_list = unknown), VW_ERROR_INPUT, "c.tsv:3", "p9.png");
 }
 
-// ---- COLMAP, and no scene -------------------------------------------------------------------------------------------
-
-// Names as the model spells them, also where another folder has the same.
-FOLDER_TEST(an_image_list_spells_names_as_the_model_does) {
-    struct colmap_test_model model = colmap_test_scene(*state);
-    model.images[1].name = "sub/a.png";
-    tiny_photo_write(temporary_file(*state, "images/sub/a.png", ""), 9);
-    colmap_write_binary(*state, "sparse/0", &model);
-    const char *val = temporary_file(*state, "val.txt", "sub/c d.png\n"), *to = temporary_path(*state, "list.txt");
-    const struct vw_scene_params params = {.path = *state, .headers_only = true, .val_list = val};
-    check_scene(&params, "images/a.png:t images/sub/a.png:t images/sub/c d.png:v");
-    ASSERT_OK(write_list(&params, "yyn", to, "colmap", false));
-    check_text(to, "a.png\nsub/a.png\n");
-    check_scene(HEADERS(.path = *state, .val_list = val, .train_list = to),
-                "images/a.png:t images/sub/a.png:t images/sub/c d.png:v");
-    const struct vw_listed_photo gone[] = {{"images/a.png", VW_SPLIT_TRAIN, true},
-                                           {"images/gone.png", VW_SPLIT_VAL, false}};
-    const struct vw_photo_list list = {*state, NULL, gone, 2, temporary_path(*state, "gone.txt")};
-    const char *format = NULL;
-    bool opens = false;
-    ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "it lacks images/gone.png");
-}
-
-// A folder that holds transforms.json is read as that format before all others, so lists of other formats must not take
-// its name.
-FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
-    static const char *const taken[] = {"transforms.json", "transforms_train.json", "transforms_val.json",
-                                        "transforms_test.json"};
-    struct colmap_test_model model = colmap_test_scene(*state);
-    colmap_write_binary(*state, "sparse/0", &model);
-    AUTO_FREE char *tourism = vw_path_join(*state, "tourism");
-    colmap_write_dense(tourism, names, rows);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(taken); i++) {
-        const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
-        check_not_written(&colmap, "yyn", temporary_path(*state, taken[i]), VW_ERROR_USAGE, "another scene");
-        ASSERT_FAILS(write_list(HEADERS(.path = tourism), "nynnyyny", temporary_path(tourism, taken[i]), NULL, false),
-                     VW_ERROR_USAGE, "another scene");
-    }
-    const char *elsewhere =
-        temporary_path(*state, "tourism/transforms.json"); // not the folder of the scene that is listed
-    ASSERT_OK(write_list(HEADERS(.path = *state), "yyn", elsewhere, "colmap", false));
-}
-
-// A list is whole or absent, wherever memory runs out.
-static size_t allocations_left;
-static void *allocate_some(size_t size_bytes) {
-    return allocations_left && allocations_left-- ? malloc(size_bytes) : NULL;
-}
-
-FOLDER_TEST(transforms_are_whole_or_not_there) {
-    tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
-    const struct vw_listed_photo photos[] = {{"images/00.png", VW_SPLIT_TRAIN, true},
-                                             {"images/01.png", VW_SPLIT_TRAIN, true}};
-    const struct vw_photo_list list = {
-        .scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "l.json")};
-    const char *format = NULL;
-    size_t shortages = 0, size_bytes = 0;
-    AUTO_FREE void *text = NULL;
-    bool opens = false;
-    enum vw_status status = VW_ERROR_MEMORY;
-    for (; status && shortages < 100000; shortages++) {
-        json_set_alloc_funcs(allocate_some, free);
-        allocations_left = shortages;
-        status = vw_photo_list_write(&list, &format, &opens);
-        json_set_alloc_funcs(malloc, free);
-        assert_true(vw_file_exists(list.to) == !status);
-    }
-    assert_true(shortages > 10); // that many at least are made
-    ASSERT_OK(status);
-    ASSERT_OK(vw_file_read(list.to, 1 << 20, &text, &size_bytes));
-    ASSERT_OK(vw_photo_list_write(
-        &(struct vw_photo_list){
-            .scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "whole.json")},
-        &format, &opens));
-    check_text(temporary_path(*state, "whole.json"), text);
-}
+// ---- Names ----------------------------------------------------------------------------------------------------------
 
 FOLDER_TEST(names_unfit_for_lists_are_refused) {
     static const char *const bad[] = {"two\nlines", "a\rb", " a", "a ", "\ta", "", "a\xff"};
     const struct vw_listed_photo good[] = {
         {"=a, \"b\"", VW_SPLIT_TRAIN, true}, {"c", VW_SPLIT_TRAIN, false}, {"é/d e", VW_SPLIT_TRAIN, true}};
     struct vw_photo_list list = {.photos = good, .photo_count = 3, .to = temporary_path(*state, "list.txt")};
-    const char *format = NULL;
-    bool opens = true;
-    ASSERT_OK(vw_photo_list_write(&list, &format, &opens));
-    assert_string_equal(format, "text");
-    assert_false(opens);
+    ASSERT_OK(vw_photo_list_write(&list));
     check_text(list.to, "=a, \"b\"\né/d e\n");
-    ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE, "exists; name a new");
+    ASSERT_FAILS(vw_photo_list_write(&list), VW_ERROR_USAGE, "exists; name a new");
     list.to = temporary_path(*state, "bad.txt");
     for (size_t i = 0; i < VW_ARRAY_COUNT(bad); i++) {
         const struct vw_listed_photo photos[] = {{"fine", VW_SPLIT_TRAIN, true}, {bad[i], VW_SPLIT_TRAIN, true}};
         list.photos = photos;
         list.photo_count = 2;
-        ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "photo 1");
+        ASSERT_FAILS(vw_photo_list_write(&list), VW_ERROR_INPUT, "photo 1");
         assert_false(vw_file_exists(list.to));
     }
-    assert_int_equal(symlink("nowhere", temporary_path(*state, "link")), 0);
-    list = (struct vw_photo_list){.photos = good, .photo_count = 3, .to = temporary_path(*state, "link")};
-    ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE,
+    assert_int_equal(symlink("nowhere", temporary_path(*state, "link.txt")), 0);
+    list = (struct vw_photo_list){.photos = good, .photo_count = 3, .to = temporary_path(*state, "link.txt")};
+    ASSERT_FAILS(vw_photo_list_write(&list), VW_ERROR_USAGE,
                  "exists; name a new"); // also a link to nothing
+}
+
+FOLDER_TEST(other_extensions_are_refused) {
+    const struct vw_listed_photo photo = {"a", VW_SPLIT_TRAIN, true};
+    struct vw_photo_list list = {.photos = &photo, .photo_count = 1};
+    static const char *const others[] = {"list", "list.json", "list.csv", "txt"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(others); i++) {
+        list.to = temporary_path(*state, others[i]);
+        ASSERT_FAILS(vw_photo_list_write(&list), VW_ERROR_USAGE, "takes a file of names (.txt)");
+    }
+    list.to = temporary_path(*state, "list.tsv");
+    ASSERT_FAILS(vw_photo_list_write(&list), VW_ERROR_USAGE, "only a PhotoTourism scene has a TSV");
 }

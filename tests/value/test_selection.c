@@ -190,20 +190,31 @@ TEST(amounts_out_of_range_are_refused) {
     }
 }
 
-TEST(amounts_are_read_whole) {
+TEST(rules_are_read_whole) {
     static const struct {
         const char *text;
+        enum vw_selection_rule rule;
         double amount;
         bool percent;
-    } good[] = {{"3", 3, false}, {"25%", 25, true}, {"2.5%", 2.5, true}, {"0", 0, false}}; // ranges are looked at later
-    static const char *const bad[] = {"", "%", " 3", "3 ", "3 %", "+3", "-3", "inf", "nan%", "3%%", "few", ".5"};
+    } good[] = {{"without-outliers", VW_SELECT_OUTLIERS, 0, false},
+                {"positive", VW_SELECT_POSITIVE, 0, false},
+                {"significant", VW_SELECT_SIGNIFICANT, 0, false},
+                {"not-harmful", VW_SELECT_NOT_HARMFUL, 0, false},
+                {"top:3", VW_SELECT_TOP, 3, false},
+                {"drop:25%", VW_SELECT_DROP, 25, true},
+                {"top:2.5%", VW_SELECT_TOP, 2.5, true},
+                {"drop:0", VW_SELECT_DROP, 0, false}}; // ranges are looked at later
+    static const char *const bad[] = {"",         "top",    "top:",      "top:%",     "top: 3",   "top:3 ",
+                                      "top:3 %",  "top:+3", "drop:-3",   "top:inf",   "top:nan%", "top:3%%",
+                                      "drop:few", "top:.5", "positive:", "positives", "negative", "not-harmful:3"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(good); i++) {
         struct vw_selection_params params = {0};
-        if (!vw_selection_read_amount(good[i].text, &params)) fail_msg("%s is not an amount", good[i].text);
+        if (!vw_selection_read_rule(good[i].text, &params)) fail_msg("%s is not a rule", good[i].text);
+        assert_int_equal(params.rule, good[i].rule);
         assert_true(params.amount == good[i].amount && params.percent == good[i].percent);
     }
     for (size_t i = 0; i < VW_ARRAY_COUNT(bad); i++)
-        if (vw_selection_read_amount(bad[i], &(struct vw_selection_params){0})) fail_msg("\"%s\" is an amount", bad[i]);
+        if (vw_selection_read_rule(bad[i], &(struct vw_selection_params){0})) fail_msg("\"%s\" is a rule", bad[i]);
 }
 
 // The zero of a rank means nothing.

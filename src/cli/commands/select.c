@@ -1,4 +1,3 @@
-#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,68 +12,39 @@
 #include "ledger/find_image.h"
 #include "run/imported/imported_run.h"
 #include "run/recorded/scored_run.h"
+#include "scene/formats/photo_list.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
 struct selection_job {
     const struct vw_options *options;
-    bool has_rule, verify;
-    struct vw_selection_params params; // the rule that was asked for, or that of --quick
+    bool verify;
+    struct vw_selection_params params; // the rule that is asked for, or that of --quick
     struct vw_scored_run run;
+    uint32_t train_count; // photos that the run was trained on
     struct vw_selection selection;
     struct vw_verified_selection verified; // where lists are verified; the selection is a part of it
-    char *rule_name;                       // owned; of the list that was asked for
-    struct vw_selection_list list;
 };
 
 // ---- What is asked for ---------------------------------------------------------------------------------------------
-
-static enum vw_status read_amount(const char *option, const char *text, struct vw_selection_params *params) {
-    if (vw_selection_read_amount(text, params)) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "--%s takes a number of photos or a percentage, such as 20 or 25%%, not \"%s\"",
-                   option, text);
-}
 
 static uint32_t seeds_of(const struct vw_options *options) {
     return vw_options_have(options, "seeds") ? options->seeds : VW_VERIFIED_SELECTION_SEEDS;
 }
 
-// Refuses options that do not fit together.
-static enum vw_status check_verify(const struct selection_job *job) {
-    const struct vw_options *options = job->options;
-    if (!job->verify)
-        return vw_options_have(options, "seeds")
-                   ? vw_fail(VW_ERROR_USAGE, "select: --seeds needs --verify where a rule or --quick is given")
-                   : VW_OK;
-    if (options->quick) return vw_fail(VW_ERROR_USAGE, "select: --quick verifies nothing; leave it out, or --verify");
-    if (seeds_of(options) < 2)
-        return vw_fail(VW_ERROR_USAGE, "select: a verified selection needs two --seeds or more, for an interval");
-    return VW_OK;
-}
-
 static enum vw_status read_rule(struct selection_job *job) {
     const struct vw_options *options = job->options;
-    struct vw_selection_params *params = &job->params;
-    int count = options->without_outliers + options->positive + options->significant + options->not_harmful +
-                (options->top != NULL) + (options->drop != NULL);
-    if (count > 1)
-        return vw_fail(VW_ERROR_USAGE,
-                       "select: give one of --without-outliers, --positive, --significant, --not-harmful, "
-                       "--top K|P%% and --drop K|P%%, not several");
     if ((!options->to || !*options->to) && !options->copy)
         return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write, or a folder by --copy");
-    job->has_rule = count || options->method;
-    job->verify = options->verify || !(job->has_rule || options->quick);
-    *params = (struct vw_selection_params){.method = options->method,
-                                           .rule = options->positive      ? VW_SELECT_POSITIVE
-                                                   : options->significant ? VW_SELECT_SIGNIFICANT
-                                                   : options->not_harmful ? VW_SELECT_NOT_HARMFUL
-                                                   : options->top         ? VW_SELECT_TOP
-                                                   : options->drop        ? VW_SELECT_DROP
-                                                                          : VW_SELECT_OUTLIERS};
-    enum vw_status status = check_verify(job);
-    if (!status && options->top) status = read_amount("top", options->top, params);
-    return !status && options->drop ? read_amount("drop", options->drop, params) : status;
+    job->params = (struct vw_selection_params){.method = options->method, .rule = VW_SELECT_OUTLIERS};
+    if (options->rule && !vw_selection_read_rule(options->rule, &job->params))
+        return vw_fail(VW_ERROR_USAGE, "select: --rule takes one of %s, not \"%s\"", VW_SELECTION_RULES, options->rule);
+    job->verify = !options->rule && !options->method && !options->quick;
+    if (!job->verify && vw_options_have(options, "seeds"))
+        return vw_fail(VW_ERROR_USAGE, "select: --seeds is of trainings, which --rule, --method and --quick leave out");
+    if (job->verify && seeds_of(options) < 2)
+        return vw_fail(VW_ERROR_USAGE, "select: a verified selection needs two --seeds or more, for an interval");
+    return VW_OK;
 }
 
 // ---- What is said --------------------------------------------------------------------------------------------------
@@ -111,17 +81,17 @@ static json_t *to_json(const struct selection_job *job) {
     for (uint32_t i = 0; i < job->selection.count; i++)
         vw_json_append(&names, json_string(name_of(job, job->selection.image_ids[i])));
     return json_pack("{s:s*, s:s*, s:s*, s:s, s:o, s:o*, s:o*, s:o*}", "path", job->options->to, "format",
-                     job->list.format, "copy", job->options->copy, "method", methods_of(job), "selected", names,
-                     "left_out", outliers_to_json(job, false), "lone_views", outliers_to_json(job, true), "verified",
+                     job->options->to ? vw_photo_list_format(job->options->to) : NULL, "copy", job->options->copy,
+                     "method", methods_of(job), "selected", names, "left_out", outliers_to_json(job, false),
+                     "lone_views", outliers_to_json(job, true), "verified",
                      job->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
 }
 
 // Prints the options of the scene that the list does not contain. Prints only known ones: a ledger may come from
 // anybody, and a shell reads this.
 static void print_scene_options(const struct selection_job *job) {
-    static const char *const known[] = {"downscale", "providers", "val-weights", "format",
-                                        "pool",      "val",       "test"}; // a scene says all but the first three
-    for (size_t i = 0; i < (job->list.opens ? 3 : VW_ARRAY_COUNT(known)); i++) {
+    static const char *const known[] = {"downscale", "providers", "val-weights", "format", "pool", "val", "test"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(known); i++) {
         const json_t *value = json_object_get(job->run.scene_options, known[i]);
         if (value) vw_print(" --%s", known[i]);
         if (json_is_integer(value)) vw_print(" %" JSON_INTEGER_FORMAT, json_integer_value(value));
@@ -130,40 +100,19 @@ static void print_scene_options(const struct selection_job *job) {
 }
 
 static void print_next(const struct selection_job *job) {
+    const struct vw_config *config = &job->run.recorded.config;
     if (vw_is_imported(&job->run.recorded.row)) return;
-    if (!job->list.opens && strcmp(job->list.format, "transforms") == 0) {
-        vw_print(
-            "train    with other trainers; viewworth opens it when --to is in the scene's folder or in one above\n");
-        return;
-    }
-    if (!job->list.opens && json_is_string(json_object_get(job->run.scene_options, "splits"))) {
-        vw_print(
-            "train    viewworth value --splits, with a copy of the run's splits.json in which the other photos are "
-            "\"excluded\"\n");
-        return;
-    }
     vw_print("train    viewworth value");
-    vw_print_shell_path(job->list.opens ? job->options->to : job->run.recorded.row.scene_path);
-    if (!job->list.opens) {
-        vw_print(" --train");
-        vw_print_shell_path(job->options->to);
+    if (json_is_string(json_object_get(job->run.scene_options, "splits"))) {
+        vw_print(" --splits, with a copy of the run's splits.json in which the other photos are \"excluded\"\n");
+        return;
     }
+    vw_print_shell_path(job->run.recorded.row.scene_path);
+    vw_print(" --train");
+    vw_print_shell_path(job->options->to);
     print_scene_options(job);
-    if (job->run.recorded.config.field != VW_FIELD_HASH)
-        vw_print(" --field %s", vw_field_name(job->run.recorded.config.field));
+    if (config->field != vw_config_default.field) vw_print(" --field %s", vw_field_name(config->field));
     vw_print(" --out ANOTHER\n");
-}
-
-static void print_rule(const struct vw_selection_params *params) {
-    const char *unit = params->percent ? " %" : "";
-    switch (params->rule) {
-    case VW_SELECT_OUTLIERS: vw_print("all but robust outliers\n"); break;
-    case VW_SELECT_POSITIVE: vw_print("score above zero\n"); break;
-    case VW_SELECT_SIGNIFICANT: vw_print("interval above zero\n"); break;
-    case VW_SELECT_NOT_HARMFUL: vw_print("interval not below zero\n"); break;
-    case VW_SELECT_TOP: vw_print("the best %g%s\n", params->amount, unit); break;
-    case VW_SELECT_DROP: vw_print("all but the worst %g%s\n", params->amount, unit); break;
-    }
 }
 
 // Prints a line per photo, with every score that leaves it out, or makes it a lone view.
@@ -184,21 +133,21 @@ static void print_outliers(const struct selection_job *job) {
 
 static void print_kept(const struct selection_job *job) {
     const struct vw_selection *selection = &job->selection;
-    vw_print("kept     %u of %u photos to train on", selection->count, job->list.train_count);
+    vw_print("kept     %u of %u photos to train on", selection->count, job->train_count);
     if (job->verify) {
         vw_print("\n");
         return;
     }
-    vw_print(", by %s: ", methods_of(job));
-    print_rule(&job->params);
+    vw_print(", by %s: %s\n", methods_of(job), job->options->rule ? job->options->rule : "without-outliers");
     print_outliers(job);
-    if (job->params.rule != VW_SELECT_OUTLIERS && selection->scored_count < job->list.train_count)
+    if (job->params.rule != VW_SELECT_OUTLIERS && selection->scored_count < job->train_count)
         vw_print("         %u photos have no such score and were left out\n",
-                 job->list.train_count - selection->scored_count);
+                 job->train_count - selection->scored_count);
 }
 
 static void print_unverified(const struct selection_job *job) {
-    vw_print("nothing was verified: %s\n", job->has_rule ? "the rule was taken as asked; --verify retrains to test it"
+    bool asked = job->options->rule || job->options->method;
+    vw_print("nothing was verified: %s\n", asked ? "the rule was taken as asked; viewworth compare tests the list"
                                            : job->options->quick ? "--quick does not retrain"
                                                                  : "an imported run cannot be trained again");
 }
@@ -214,37 +163,15 @@ static void print_text(const struct selection_job *job) {
     if (!job->options->to) return;
     vw_print("list    ");
     vw_print_shell_path(job->options->to);
-    vw_print(" (%s)\n", job->list.format);
+    vw_print(" (%s)\n", vw_photo_list_format(job->options->to));
     print_next(job);
-}
-
-// Names the rule as compare does, and settles its method, which the halves of the validation photos share.
-static enum vw_status name_rule(struct selection_job *job) {
-    static const char *const names[] = {[VW_SELECT_OUTLIERS] = "without-outliers",
-                                        [VW_SELECT_POSITIVE] = "positive",
-                                        [VW_SELECT_SIGNIFICANT] = "significant",
-                                        [VW_SELECT_NOT_HARMFUL] = "not-harmful",
-                                        [VW_SELECT_TOP] = "top:",
-                                        [VW_SELECT_DROP] = "drop:"};
-    const char *amount = job->options->top ? job->options->top : job->options->drop;
-    struct vw_selection selection = {0};
-    enum vw_status status = vw_scored_run_select(&job->run, &job->params, &selection);
-    if (status) return status;
-    job->params.method = selection.method;
-    job->rule_name = vw_format_text("%s%s%s%s", names[job->params.rule], amount ? amount : "",
-                                    selection.method ? ":" : "", selection.method ? selection.method : "");
-    vw_selection_free(&selection);
-    return job->rule_name ? VW_OK : VW_ERROR_MEMORY;
 }
 
 static enum vw_status verify(struct selection_job *job) {
     struct vw_device_list devices;
-    enum vw_status status = job->has_rule ? name_rule(job) : VW_OK;
-    if (!status) status = vw_device_list_read(job->options, &devices);
+    enum vw_status status = vw_device_list_read(job->options, &devices);
     if (status) return status;
     const struct vw_verified_selection_params params = {.run = &job->run,
-                                                        .asked = job->has_rule ? &job->params : NULL,
-                                                        .asked_name = job->rule_name,
                                                         .devices = vw_device_list_choose(job->options, &devices),
                                                         .seeds = seeds_of(job->options),
                                                         .together = job->options->together,
@@ -256,10 +183,9 @@ static enum vw_status verify(struct selection_job *job) {
 }
 
 // Refuses, before hours of training, and before one of the two is written, what cannot be written.
-static enum vw_status check_outputs(struct selection_job *job) {
+static enum vw_status check_outputs(const struct selection_job *job) {
     const struct vw_options *options = job->options;
-    if (!job->verify && !options->copy) return VW_OK;
-    enum vw_status status = vw_selection_list_write(&job->run, NULL, options->to, &job->list);
+    enum vw_status status = options->to ? vw_selection_list_write(&job->run, NULL, options->to) : VW_OK;
     return !status && options->copy ? vw_selection_copy_check(&job->run, options->copy) : status;
 }
 
@@ -269,8 +195,8 @@ static enum vw_status copy(const struct selection_job *job) {
 }
 
 static enum vw_status print(const struct selection_job *job) {
-    if (job->options->positive)
-        vw_log_warning("--positive: late in training the credits of all photos add up to about zero even if every "
+    if (job->params.rule == VW_SELECT_POSITIVE)
+        vw_log_warning("--rule positive: late in training the credits of all photos add up to about zero even if every "
                        "photo is good, so that this rule drops a third of a clean scene; without it, trainings verify "
                        "what to drop");
     if (job->options->json) return vw_json_print(to_json(job));
@@ -285,15 +211,15 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     if (status) return status;
     status = vw_scored_run_open(options->operand, &job.run);
     if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
-    if (!status && vw_is_imported(&job.run.recorded.row)) job.verify = options->verify;
+    if (!status && vw_is_imported(&job.run.recorded.row)) job.verify = false;
     if (!status) status = check_outputs(&job);
     if (!status) status = job.verify ? verify(&job) : vw_scored_run_select(&job.run, &job.params, &job.selection);
     if (!status && options->copy) status = copy(&job); // the list last: while it is missing, the same command goes on
-    if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
+    if (!status && options->to) status = vw_selection_list_write(&job.run, &job.selection, options->to);
+    job.train_count = status ? 0 : vw_scored_run_train_count(&job.run);
     if (!status) status = print(&job);
     if (job.verify) vw_verified_selection_free(&job.verified);
     else vw_selection_free(&job.selection);
-    free(job.rule_name);
     vw_scored_run_close(&job.run);
     return status;
 }

@@ -78,21 +78,24 @@ static struct vw_listed_photo *list_photos(const struct vw_scored_run *run, cons
     return photos;
 }
 
+uint32_t vw_scored_run_train_count(const struct vw_scored_run *run) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < run->image_count; i++) count += split_of(run->images[i].split) == VW_SPLIT_TRAIN;
+    return count;
+}
+
 enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const struct vw_selection *selection,
-                                       const char *to, struct vw_selection_list *list) {
+                                       const char *to) {
     struct vw_listed_photo *photos = list_photos(run, selection);
     if (!photos) return VW_ERROR_MEMORY;
-    *list = (struct vw_selection_list){0};
-    for (uint32_t i = 0; i < run->image_count; i++) list->train_count += photos[i].split == VW_SPLIT_TRAIN;
-    const struct vw_photo_list written = {
+    const struct vw_photo_list list = {
         .scene_path = vw_is_imported(&run->recorded.row) ? NULL : run->recorded.row.scene_path,
-        .scene_format = json_string_value(json_object_get(run->scene_options, "format")),
         .photos = photos,
         .photo_count = run->image_count,
         .to = to,
         .check_only = !selection,
     };
-    enum vw_status status = to ? vw_photo_list_write(&written, &list->format, &list->opens) : VW_OK;
+    enum vw_status status = vw_photo_list_write(&list);
     free(photos);
     return status;
 }

@@ -28,16 +28,12 @@ enum vw_status vw_scored_run_select(const struct vw_scored_run *run, const struc
                                     struct vw_selection *selection);
 void vw_scored_run_close(struct vw_scored_run *run);
 
-struct vw_selection_list {
-    const char *format;   // static; what was written
-    bool opens;           // the list is a scene
-    uint32_t train_count; // photos that the run was trained on
-};
-
-// Writes a selection of the run's images to the path `to`, in the format of the scene, as vw_photo_list_write() does;
-// NULL: only counts. Without a selection it only checks whether one can be written there.
+// Returns how many photos the run was trained on.
+uint32_t vw_scored_run_train_count(const struct vw_scored_run *run);
+// Writes a selection of the run's images to the path `to`, as vw_photo_list_write() does. Without a selection it only
+// checks whether one can be written there.
 enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const struct vw_selection *selection,
-                                       const char *to, struct vw_selection_list *list);
+                                       const char *to);
 
 // Refuses what vw_selection_copy() would refuse of any selection: a run or a scene without photo files, and a folder
 // with files.

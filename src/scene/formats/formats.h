@@ -1,17 +1,14 @@
-// The formats of scenes, each with its probe, loader and writer; the table of them is in scene.c.
+// The formats of scenes, each with its probe and loader; the table of them is in scene.c.
 #ifndef VIEWWORTH_SCENE_FORMATS_FORMATS_H
 #define VIEWWORTH_SCENE_FORMATS_FORMATS_H
 
 #include "scene/builder.h"
-
-struct vw_photo_list;
 
 // A scene format. If its loader assigns no view to val or test, split.c decides the splits.
 struct vw_scene_format {
     const char *name;                // as --format takes it
     bool (*probe)(const char *path); // whether the path has this format
     enum vw_status (*load)(struct vw_scene_builder *builder);
-    enum vw_status (*write_list)(const struct vw_photo_list *list, bool *opens); // see photo_list.h
 };
 
 bool vw_transforms_probe(const char *path);

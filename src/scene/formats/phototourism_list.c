@@ -1,6 +1,7 @@
 // The NeRF-W TSV of chosen photos.
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/csv.h"
 #include "base/file.h"
@@ -63,16 +64,16 @@ static enum vw_status read_scene(const char *folder, struct tsv_list *made) {
 }
 
 // Refuses a second TSV in the scene's folder, which would make the scene ambiguous.
-static enum vw_status check_target(const struct vw_photo_list *list, const char *folder) {
-    const char *dot = strrchr(list->to, '.');
-    char *way = NULL, *parent = vw_path_folder(list->to);
-    enum vw_status status = parent ? vw_photo_list_check_new(list->to) : VW_ERROR_MEMORY;
-    if (!status) status = vw_photo_list_way(list, parent, &way);
-    if (!status && !*way && dot && strcmp(dot, ".tsv") == 0)
+static enum vw_status check_target(const struct vw_photo_list *list) {
+    struct stat scene, place;
+    char *parent = vw_path_folder(list->to);
+    enum vw_status status = parent ? vw_photo_list_check_new(list) : VW_ERROR_MEMORY;
+    bool same = !status && !stat(parent, &place) && !stat(list->scene_path, &scene) && scene.st_dev == place.st_dev &&
+                scene.st_ino == place.st_ino;
+    if (same)
         status = vw_fail(VW_ERROR_USAGE,
                          "--to %s: a scene folder may have only one TSV, and it has %s; write the list elsewhere",
-                         list->to, folder);
-    free(way);
+                         list->to, list->scene_path);
     free(parent);
     return status;
 }
@@ -131,17 +132,14 @@ static void print_tsv(FILE *stream, const void *context) {
             print_added(stream, made, name_of(&made->list->photos[i]));
 }
 
-enum vw_status vw_phototourism_write_list(const struct vw_photo_list *list, bool *opens) {
-    (void)opens;
+enum vw_status vw_phototourism_write_list(const struct vw_photo_list *list) {
     struct tsv_list made = {.list = list};
-    char *folder = vw_photo_list_scene_folder(list);
-    enum vw_status status = folder ? check_target(list, folder) : VW_ERROR_MEMORY;
-    if (!status) status = read_scene(folder, &made);
+    enum vw_status status = check_target(list);
+    if (!status) status = read_scene(list->scene_path, &made);
     if (!status && !list->check_only) status = vw_csv_write_file(list->to, print_tsv, &made);
     vw_tsv_clear(&made.tsv);
     vw_colmap_clear(&made.model);
     free(made.photos);
     free(made.has_row);
-    free(folder);
     return status;
 }

@@ -17,8 +17,6 @@ struct vw_transforms_file {
 // failure.
 enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST],
                                   size_t *count);
-// Returns whether a folder with a file of that name is a transforms scene.
-bool vw_transforms_is_scene_file(const char *name);
 // Parses one of them; it must not leave `folder` through a link (NULL: the user named the file itself). `*file` is
 // owned by the caller.
 enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file);

@@ -84,12 +84,6 @@ static bool has_file(const char *folder, const char *name) {
     return exists;
 }
 
-bool vw_transforms_is_scene_file(const char *name) {
-    bool is_split_file = false;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++) is_split_file |= !strcmp(name, split_files[i]);
-    return is_split_file || !strcmp(name, "transforms.json");
-}
-
 bool vw_transforms_probe(const char *path) {
     if (!vw_folder_exists(path)) return vw_file_exists(path) && vw_path_ends_with(path, ".json");
     for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++)
