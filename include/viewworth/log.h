@@ -6,7 +6,7 @@
 
 VW_PUBLIC_BEGIN
 
-enum vw_log_level { VW_LOG_INFO, VW_LOG_WARNING, VW_LOG_DETAIL }; // detail: evidence that few users want
+enum vw_log_level { VW_LOG_INFO, VW_LOG_WARNING };
 
 // Takes one message without a line end; `line` is valid for the call only.
 typedef void vw_log_sink(void *context, enum vw_log_level level, const char *line);
@@ -16,7 +16,6 @@ void vw_log_set_sink(vw_log_sink *sink, void *context);
 void vw_log(enum vw_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
 #define vw_log_info(...) vw_log(VW_LOG_INFO, __VA_ARGS__)
 #define vw_log_warning(...) vw_log(VW_LOG_WARNING, __VA_ARGS__)
-#define vw_log_detail(...) vw_log(VW_LOG_DETAIL, __VA_ARGS__)
 
 VW_PUBLIC_END
 

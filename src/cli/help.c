@@ -52,8 +52,8 @@ void vw_help_print_program(const struct vw_program *program) {
             print_term(term, command->summary, COMMAND_COLUMN);
         }
     }
-    printf("\n%s help COMMAND (or COMMAND -h) explains a command and its main options.\n"
-           "%s COMMAND --help-all lists all its options.\n"
+    printf("\n%s COMMAND --help (or -h) explains a command and its main options.\n"
+           "%s help COMMAND lists all its options.\n"
            "%s --version prints the version.\n"
            "%s --generate-docs FOLDER writes man pages and bash completion.\n",
            name, name, name, name);
@@ -103,5 +103,5 @@ void vw_help_print_command(const struct vw_program *program, const struct vw_com
     for (enum vw_option_section section = 0; section < VW_SECTION_COUNT; section++)
         print_section(program, command, section, all);
     int hidden = all ? 0 : count_hidden(program, command);
-    if (hidden) printf("\n%s %s --help-all lists all options (%d more).\n", program->name, command->name, hidden);
+    if (hidden) printf("\n%s help %s lists all options (%d more).\n", program->name, command->name, hidden);
 }

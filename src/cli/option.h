@@ -39,7 +39,7 @@ struct vw_option {
     enum vw_option_section section;
     enum vw_option_kind kind;
     size_t offset;            // offset of its field in the options of the program
-    bool common;              // shown by --help, not by --help-all alone
+    bool common;              // shown by --help, not by help COMMAND alone
     bool all;                 // a count that may be "all", which is the largest of its range
     uint32_t least, most;     // range of a count that is not in vw_config, which has its own ranges; most 0: none
     const char *default_text; // the default of a text; NULL: none, or not worth a word

@@ -69,8 +69,6 @@ const struct vw_option vw_option_table[] = {
      "Photo to render, or whose intrinsics --pose and --path take: its name, also without folder and extension, or its "
      "index among the validation photos",
      VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
-    {"only-render", NULL, "Write the render without the photo beside it", VW_OPTIONS_VIEW, VW_SECTION_MAIN,
-     OPTION(FLAG, only_render), COMMON},
     {"depth", NULL,
      "Write also the expected depth of each pixel along the camera's axis, in units of the scene, 0 where nothing is "
      "seen: NAME_depth.exr beside NAME.png",
@@ -133,8 +131,6 @@ const struct vw_option vw_option_table[] = {
     {"equal", NULL,
      "Quantity that is equal in trainings on different numbers of photos: steps, or epochs (as in the paper)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
-    {"views", "N", "Number of test photos (without test photos: validation photos) to render side by side",
-     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, views), RANGE(0, 1000)},
     {"parameters", "LIST", "Parameters to change, with commas between: " VW_SWEEP_PARAMETERS, VW_OPTIONS_TRADEOFF,
      VW_SECTION_MAIN, OPTION(TEXT, parameters), COMMON, DEFAULT("all")},
     {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
@@ -161,16 +157,14 @@ const struct vw_option vw_option_table[] = {
      "provider's photos are worth jointly, and change neither the worth of photos nor a payout",
      VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, provider_retrainings), RANGE(0, 1000)},
     {"retrainings", "M",
-     "Number of retrainings in all, including those that OUT already contains; 0: show what they say so far",
-     VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, retrainings), RANGE(0, 100000), COMMON},
-    {"worth", "M",
-     "Also retrain on M random subsets of the photos after the run, and score from the results what each photo is "
-     "worth (see viewworth worth)",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, worth), RANGE(8, 100000), COMMON},
+     "Number of retrainings on random subsets of the photos, including those that OUT already contains, from whose "
+     "results each photo's worth is scored; 0: none, or for worth show what they say so far",
+     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, retrainings), RANGE(0, 100000), COMMON},
     {"until-confidence", "R",
      "Stop before all retrainings are made once the lower end of the interval of worth's correlation with left-out "
      "retrainings reaches R, below 1; checked after every 8; 0: never",
-     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_confidence), COMMON, NEEDS("worth")},
+     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_confidence), COMMON,
+     NEEDS("retrainings")},
     {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be shared",
      VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, report.no_thumbnails)},
 
@@ -331,11 +325,8 @@ const struct vw_option vw_option_table[] = {
      COMMON},
     {"quiet", NULL, "Print only results, warnings and errors", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
      OPTION(FLAG, quiet), COMMON},
-    {"verbose", NULL, "Print also details, such as the evidence on every effect", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
-     OPTION(FLAG, verbose)},
-    {"help", NULL, "Show the main options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help), COMMON,
-     .letter = 'h'},
-    {"help-all", NULL, "Show all options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help_all), COMMON},
+    {"help", NULL, "Show the main options; help COMMAND shows all", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
+     OPTION(FLAG, help), COMMON, .letter = 'h'},
 };
 
 const uint32_t vw_option_count = VW_ARRAY_COUNT(vw_option_table);

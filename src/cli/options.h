@@ -62,8 +62,8 @@ struct vw_options {
     const char *payout;
     enum vw_payout_floor payout_floor;
     bool pay_anyway;
-    double until_stable;         // 0: take all epochs
-    uint32_t worth, retrainings; // retrainings in all: of value, of worth
+    double until_stable;  // 0: take all epochs
+    uint32_t retrainings; // in all
     uint32_t provider_retrainings;
     double until_confidence; // 0: make all of them
     const char *accuracy, *budget;
@@ -81,8 +81,7 @@ struct vw_options {
     enum vw_equal equal;
     const char *scores;       // OUT of a valued run
     uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
-    uint32_t views;
-    bool only_render, depth;
+    bool depth;
     const char *pose, *path, *video; // where render stands, without a photo
     uint32_t frames;
     const char *among;   // poses that next chooses among
@@ -91,14 +90,14 @@ struct vw_options {
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
     bool slurm;
-    bool json, quiet, verbose, help, help_all;
+    bool json, quiet, help;
     const struct vw_program *program; // private: whose options these are
     uint64_t given[2];                // private: a bit per option of the program
 };
 
 // The options of a command line that has none. The config's are vw_config_default.
 #define VW_OPTIONS_DEFAULT                                                                                             \
-    { .downscale = 1, .per_device = 1, .seeds = 3, .views = 2, .frames = 60, .proposals = 10 }
+    { .downscale = 1, .per_device = 1, .seeds = 3, .frames = 60, .proposals = 10 }
 
 // Groups of options that commands take. Every command takes VW_OPTIONS_ALWAYS.
 enum {

@@ -267,7 +267,7 @@ enum vw_status vw_options_parse(const struct vw_program *program, const struct v
     status = apply_preset(options);
     if (status) return status;
     take_field_defaults(options);
-    if (options->help || options->help_all) return VW_OK;
+    if (options->help) return VW_OK;
     status = check_needs(program, command, options);
     if (!status) status = parse_operands(command, argc - optind, argv + optind, options);
     if (!status && options->initial) status = take_initial(options);

@@ -18,15 +18,14 @@ static enum vw_status run_command(const struct vw_program *program, const struct
                                   char **argv, struct vw_options *options) {
     enum vw_status status = vw_options_parse(program, command, argc, argv, options);
     if (status) return status;
-    if (options->help || options->help_all) {
-        vw_help_print_command(program, command, options->help_all);
+    if (options->help) {
+        vw_help_print_command(program, command, false);
         return VW_OK;
     }
-    struct vw_log_shown shown = {.quiet = options->quiet, .verbose = options->verbose};
-    vw_log_set_sink(vw_log_to_stderr, &shown);
+    vw_log_set_sink(vw_log_to_stderr, &options->quiet);
     status = vw_params_set_memory(options);
     if (!status) status = command->run(options);
-    vw_log_set_sink(NULL, NULL); // `shown` ends here
+    vw_log_set_sink(NULL, NULL); // the options end before the thread
     return status;
 }
 
@@ -56,7 +55,7 @@ static enum vw_status find_and_run(const struct vw_program *program, int argc, c
 static enum vw_status help(const struct vw_program *program, const char *name) {
     const struct vw_command *command = NULL;
     enum vw_status status = name ? find_command(program, name, &command) : VW_OK;
-    if (command && !status) vw_help_print_command(program, command, false);
+    if (command && !status) vw_help_print_command(program, command, true);
     else if (!status) vw_help_print_program(program);
     return status;
 }

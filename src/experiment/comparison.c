@@ -91,10 +91,12 @@ static enum vw_status make_all_sets(struct work *work) {
     return status;
 }
 
+enum { RENDERED_VIEWS = 2 };
+
 // Chooses views spread evenly over the test photos, or over the validation photos if there are no test photos.
 static enum vw_status choose_rendered_views(const struct vw_scene *scene, struct vw_comparison *comparison) {
     enum vw_split split = scene->split_count[VW_SPLIT_TEST] ? VW_SPLIT_TEST : VW_SPLIT_VAL;
-    uint32_t of_split = scene->split_count[split], wanted = comparison->params->rendered_views, place = 0;
+    uint32_t of_split = scene->split_count[split], wanted = RENDERED_VIEWS, place = 0;
     if (wanted > of_split) wanted = of_split;
     comparison->rendered_views = vw_allocate(wanted, sizeof *comparison->rendered_views);
     if (!comparison->rendered_views) return VW_ERROR_MEMORY;

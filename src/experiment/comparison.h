@@ -20,7 +20,6 @@ struct vw_comparison_params {
     // then; 0: none. Each has `common.seeds` trainings of every list, with seeds of their own, so that intervals over
     // the valuations contain the noise of selection and of training.
     uint32_t valuation_seeds;
-    uint32_t rendered_views; // test photos (validation photos when there are none) to render side by side
 };
 
 // Two lists whose trainings with the same seeds are compared.

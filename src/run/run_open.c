@@ -100,11 +100,6 @@ static void log_effects(const struct vw_run *run) {
     char line[VW_EFFECT_LINE_BYTES];
     vw_effects_to_line(run->effects, run->effect_count, line);
     vw_log_info("effects  %s", line);
-    vw_log_detail("%s", vw_effects_heading);
-    for (uint32_t i = 0; i < run->effect_count; i++) {
-        vw_effect_to_line(&run->effects[i], line);
-        vw_log_detail("%s", line);
-    }
 }
 
 // Reads the effects that were on when the run began, even if this device or version would find others, and applies the

@@ -71,14 +71,9 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
 }
 
 enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session) {
-    double began_s = vw_now_s(), began_cpu_s = vw_cpu_s();
-    if (session->effect_count) return VW_OK;
-    enum vw_status status = vw_effects_decide_cached(session->devices[0].gpu, session->scene, planned, session->effects,
-                                                     &session->effect_count);
-    if (!status)
-        vw_log_detail("effects  decided in %.1f s (%.1f s of CPU time)", vw_now_s() - began_s,
-                      vw_cpu_s() - began_cpu_s);
-    return status;
+    return session->effect_count ? VW_OK
+                                 : vw_effects_decide_cached(session->devices[0].gpu, session->scene, planned,
+                                                            session->effects, &session->effect_count);
 }
 
 void vw_session_close(struct vw_session *session) {

@@ -37,10 +37,7 @@ uint64_t vw_submissions_unshared_bytes(const struct vw_submissions *submissions,
 struct vw_device_photos *vw_submissions_take_photos(struct vw_submissions *submissions, struct vw_gpu *gpu,
                                                     const struct vw_scene *scene) {
     if (!submissions->member_count) vw_device_photos_destroy(&submissions->photos); // a trainer failed to join
-    if (!submissions->photos && vw_device_photos_create(gpu, scene, &submissions->photos)) {
-        vw_log_detail("photos   stay on the host: %s", vw_error_message());
-        return NULL;
-    }
+    if (!submissions->photos && vw_device_photos_create(gpu, scene, &submissions->photos)) return NULL;
     return submissions->photos->scene == scene ? submissions->photos : NULL;
 }
 

@@ -28,8 +28,8 @@ check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$
 for command in devices info value train render; do
     check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
 done
-helps() { # helps PATTERN COMMAND [--help-all]: the help, with its lines joined, matches
-    run "$program" "$2" "${3:---help}" || return
+helps() { # helps PATTERN [help] COMMAND: the main options, or all of them, with their lines joined, match
+    run "$program" "${@:2}" $([[ $2 == help ]] || echo --help) || return
     grep -qE -- "$1" <<<"$(tr -s '[:space:]' ' ' <"$folder/stdout")" && return
     cat "$folder/stdout"
     return 1
@@ -39,20 +39,19 @@ for command in compare tradeoff; do
     check "$command --help says that it resumes" helps 'Run the same command again to resume it\.' "$command"
     check "and does not ask for --resume" test "$(grep -c 'unless --resume' "$folder/stdout")" = 0
 done
-check "select --help says that rules train nothing" helps '--quick and the rules \([^)]*\) train nothing' select
+check "select --help says that rules train nothing" helps '--quick, --rule and --method train nothing' select
 check "help shows the options that most people need" not helps ' --rays N ' value
-check "and says where the others are" helps 'value --help-all lists all options \([0-9]+ more\)' value
-check "help fits a terminal of 80 columns" test "$("$program" value --help-all | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80
-check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 250, with --field splats 3072\)\.' value --help-all
-check "help shows ranges with gaps" helps '--width N [^-]*\(a multiple of 8, 16 to 512; default 32, .*256\)\.' train --help-all
+check "and says where the others are" helps 'help value lists all options \([0-9]+ more\)' value
+check "help fits a terminal of 80 columns" test "$("$program" help value | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80
+check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 250, with --field splats 3072\)\.' help value
+check "help shows ranges with gaps" helps '--width N [^-]*\(a multiple of 8, 16 to 512; default 32, .*256\)\.' help train
 check "help shows ranges outside the config" helps '--downscale N [^-]*\(1 to 64; default 1\)\.' info
 check "help shows what keeps the splits" helps '--splits FILE The splits.json of an earlier run' info
-check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l2\)\.' value --help-all
+check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l2\)\.' help value
 for words in help -h; do
     check "$words is --help" test "$("$program" $words)" = "$("$program" --help)"
 done
-check "help COMMAND is COMMAND --help" test "$("$program" help value)" = "$("$program" value --help)"
-check "so is COMMAND -h" test "$("$program" value -h)" = "$("$program" value --help)"
+check "COMMAND -h is COMMAND --help" test "$("$program" value -h)" = "$("$program" value --help)"
 check "help shows short options" helps '--out FOLDER, -o FOLDER ' value
 check "-o is --out" refuses 'no such scene' value "$folder/no/scene" -o "$folder/none" --device llvmpipe --quiet
 check "and needs a value" refuses '-o needs a value' value "$scene" -o

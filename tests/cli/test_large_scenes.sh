@@ -61,8 +61,8 @@ check "its ledger stands" run "$program" verify "$folder/broken"
 printf '%s.ppm\n' 33 34 35 >"$folder/broken.list"
 printf '%s.ppm\n' 34 35 37 >"$folder/whole.list"
 compare() {
-    "$program" compare "$folder/scene" --list "$folder/broken.list" --list "$folder/whole.list" --seeds 1 --views 0 --together 2 --quiet \
-        --out "$folder/compared" "${small[@]}" --epochs 2
+    "$program" compare "$folder/scene" --list "$folder/broken.list" --list "$folder/whole.list" --seeds 1 --together 2 --quiet \
+       --out "$folder/compared" "${small[@]}" --epochs 2
 }
 check "a list with it fails" fails 1 '33.ppm: cannot decode the image' compare
 check "and takes no other along" test "$(sqlite3 "$folder/compared/retrainings.db" 'SELECT count(*) FROM retraining')" = 1

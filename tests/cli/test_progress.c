@@ -8,7 +8,6 @@ static bool ask_to_stop(void *context) { return *(bool *)context; }
 struct shown {
     bool quiet;
     uint32_t stop_after;
-    bool verbose;
 };
 
 // Shows a run of 40 steps in 4 epochs, to its end or stopped after step `stop_after`, then writes two lines.
@@ -27,10 +26,9 @@ static void show_run(const void *context) {
         assert_int_equal(vw_progress_show(&progress, &state), !stop);
     }
     vw_progress_end(&progress);
-    vw_log_set_sink(vw_log_to_stderr, &(struct vw_log_shown){.quiet = quiet, .verbose = shown->verbose});
+    vw_log_set_sink(vw_log_to_stderr, &quiet);
     vw_log_info("told %d", 1);
     vw_log_warning("warned %d", 2);
-    vw_log_detail("detailed %d", 3);
     vw_log_set_sink(NULL, NULL);
 }
 
@@ -58,13 +56,6 @@ TEST(a_stopped_run_ends_with_its_state) {
 }
 
 TEST(quiet_shows_warnings_alone) {
-    AUTO_FREE char *text = printed_on(stderr, show_run, &(struct shown){true, 41, .verbose = true});
+    AUTO_FREE char *text = printed_on(stderr, show_run, &(struct shown){true, 41});
     assert_string_equal(text, "warning: warned 2\n");
-}
-
-TEST(details_are_shown_on_demand) {
-    for (int verbose = 0; verbose < 2; verbose++) {
-        AUTO_FREE char *text = printed_on(stderr, show_run, &(struct shown){false, 41, .verbose = verbose});
-        assert_int_equal(strstr(text, "\ndetailed 3\n") != NULL, verbose);
-    }
 }

@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# render --path, --pose and --only-render from outside: frames, their sizes and bits, videos with and without ffmpeg. Takes the program's
-# path.
+# render --path and --pose from outside: frames, their sizes and bits, videos with and without ffmpeg. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 out=$folder/run
@@ -13,15 +12,13 @@ mkdir "$no_programs"
 
 check "a run" run "$program" value "$scene" --out "$out" --epochs 3 "${small[@]}"
 check "a view beside its photo" render --view 0 --to "$folder/pair.png"
-check "and alone" render --view 0 --to "$folder/alone.png" --only-render
-check "is half as wide" test "$(size "$folder/pair.png"), $(size "$folder/alone.png")" = "32 12, 16 12"
 check "cameras of the scene" run "$program" export "$out" --cameras "$folder/cameras.json" --device llvmpipe
 pose=$(sqlite3 :memory: "SELECT group_concat(number.value, ' ') FROM
     (SELECT value FROM json_each(CAST(readfile('$folder/cameras.json') AS TEXT), '\$.cameras') WHERE value ->> '\$.split' = 'val' LIMIT 1)
     AS camera, json_each(camera.value, '\$.camera_to_world') AS line, json_each(line.value) AS number")
 check "a pose" render --pose "$pose" --to "$folder/pose.png"
-check "of a view shows what the view shows" cmp "$folder/pose.png" "$folder/alone.png"
-check "a pose without a name is in OUT" eval 'render --pose "$pose" && cmp "$out/render_pose.png" "$folder/alone.png"'
+check "is half as wide" test "$(size "$folder/pair.png"), $(size "$folder/pose.png")" = "32 12, 16 12"
+check "a pose without a name is in OUT" eval 'render --pose "$pose" && cmp "$out/render_pose.png" "$folder/pose.png"'
 check "a pose of 3 numbers is refused" refuses '--pose: give the 12 or 16 numbers' --pose "1 2 3"
 
 check "an orbit" render --path orbit --frames 5 --to "$folder/orbit"
@@ -31,7 +28,7 @@ check "again" render --path orbit --frames 5
 check "it has the same bits" diff -r "$folder/orbit" "$out/frames"
 check "a shorter path leaves no frames of a longer one" eval 'render --path cameras --frames 2 && [[ $(frames "$out/frames") == 2 ]]'
 check "nine frames through nine cameras" render --path cameras --frames 9 --to "$folder/through"
-check "one of them is that view" eval 'sha256sum <"$folder/alone.png" | grep -qf - <(sha256sum "$folder/through/"* | sed "s/ .*/  -/")'
+check "one of them is that view" eval 'sha256sum <"$folder/pose.png" | grep -qf - <(sha256sum "$folder/through/"* | sed "s/ .*/  -/")'
 check "--json says what was written" answers "j ->> '\$.to' = '$folder/three' AND j ->> '\$.frames' = 3 AND j ->> '\$.video' IS NULL" \
     "$program" render "$out" --path orbit --frames 3 --to "$folder/three" --device llvmpipe --quiet --json
 
@@ -46,8 +43,6 @@ check "and with those of a longer path" eval 'render --path orbit --frames 2 --d
 check "a folder elsewhere with frames of a longer path is refused" refuses 'deep/frame_0002.png: is of a longer path' --path orbit \
     --frames 1 --to "$folder/deep"
 check "and keeps them" test "$(frames "$folder/deep")" = 2
-check "--only-render with a path or a pose is refused" eval 'refuses "--only-render: " --path orbit --only-render &&
-    refuses "--only-render: " --pose "$pose" --only-render'
 
 sqlite3 :memory: "SELECT json_object('render_width', 20, 'render_height', 14, 'camera_path', json_array(json_object('fov', 50,
     'camera_to_world', json('[' || replace('$pose', ' ', ',') || ']'))))" >"$folder/path.json"

@@ -3,7 +3,7 @@
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 tiny=(--rays 32 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 8 --width 16
-    --effects none --device llvmpipe --epochs 4)
+   --effects none --device llvmpipe --epochs 4)
 
 kfold() { run "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet --no-thumbnails "${@:2}"; } # kfold OUT [OPTION]...
 refused() { fails 2 "$2" "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet "${@:3}"; } # refused OUT PATTERN ...
@@ -68,7 +68,7 @@ check "another seed divides otherwise" test -n "$(comm -3 <(sort "$folder/two/fo
     sort "$folder/again/fold-1/val.txt"))"
 
 check "the scores are a list for compare" eval 'run "$program" compare "$scene" --list all --list "$folder/whole/dv_psnr.csv@-100" \
-    --out "$folder/compared" "${tiny[@]}" --seeds 1 --epochs 2 --views 0 --quiet --no-thumbnails'
+   --out "$folder/compared" "${tiny[@]}" --seeds 1 --epochs 2 --quiet --no-thumbnails'
 check "select names the command to use" fails 2 'holds the folds of value --kfold; .* viewworth compare SCENE .*dv_psnr.csv@0' \
     "$program" select "$folder/whole" --rule positive --to "$folder/list.txt"
 check "and takes a single fold" run "$program" select "$folder/whole/fold-1" --rule top:2 --to "$folder/list.txt"
@@ -78,7 +78,7 @@ check "other folds are refused" refused whole 'fold-1/train.txt: has other photo
 check "so is another seed" refused whole 'has other photos' --kfold 3 --seed 1
 check "and another config, by name" refused whole 'fold-1 has rays = 32, not 33' --kfold 3 --rays 33
 check "corruption is refused" fails 2 '--corrupt: corrupts train photos' "$lab" value "$scene" --out "$folder/one" "${tiny[@]}" \
-    --quiet --kfold 3 --corrupt 2
+   --quiet --kfold 3 --corrupt 2
 check "a budget is for one training" refused one '--budget is for a single training' --kfold 3 --budget 10s
 check "--together is for several" refused one '--together is for several trainings' --together 2
 check "nothing is left of refusals" test ! -e "$folder/one"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# worth and value --worth from outside: retrainings on subsets of a run's photos, and the scores from them. Takes the program's path.
+# worth and value --retrainings from outside: retrainings on subsets of a run's photos, and the scores from them. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 tiny=(--rays 16 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 6 --width 16
@@ -136,7 +136,7 @@ check "a report that a kill left out is made by the same command" eval 'run wort
 
 # ---- In one command ------------------------------------------------------------------------------------------------------
 
-check "value --worth" prints '^payout of 10.00 by ' value whole --providers "$folder/providers.csv" --worth 24 --payout 10 --pay-anyway \
+check "value --retrainings" prints '^payout of 10.00 by ' value whole --providers "$folder/providers.csv" --retrainings 24 --payout 10 --pay-anyway \
     --payout-floor equal
 check "makes the same retrainings" test "$(retrained whole)" = "$(retrained steps)"
 check "and pays by them" test "$(grep -c ',worth_psnr,' "$folder/whole/payout.csv")" = 3
@@ -160,9 +160,9 @@ check "an edited retraining is found" fails 1 'a retraining row likewise' "$prog
 check "more retrainings than there are subsets are refused" fails 2 '6 photos have only [0-9]+ subsets' worth run --retrainings 200
 check "a run without scores is refused" eval 'run "$program" train "$scene" --out "$folder/trained" "${tiny[@]:0:14}" --quiet &&
     fails 2 "the run has no scores" worth trained --retrainings 8'
-check "--worth is not for folds" fails 2 'worth is for a single training' value folds --kfold 2 --worth 8
+check "--retrainings is not for folds" fails 2 'retrainings is for a single training' value folds --kfold 2 --retrainings 8
 check "what cannot be paid or reached is refused before the run is trained" eval '
-    fails 2 "payout takes an amount" value refused --worth 8 --payout abc &&
-    fails 2 "until-confidence" value refused --worth 8 --until-confidence 1 && [[ ! -e $folder/refused/ledger.db ]]'
+    fails 2 "payout takes an amount" value refused --retrainings 8 --payout abc &&
+    fails 2 "until-confidence" value refused --retrainings 8 --until-confidence 1 && [[ ! -e $folder/refused/ledger.db ]]'
 check "an accuracy of 1 is refused" fails 2 'until-confidence' worth run --retrainings 30 --until-confidence 1
 conclude "$@"

@@ -124,7 +124,7 @@ resumes() {
 resumes value value "$scene" --resume --epochs 80 "${small[@]}" --effects visibility
 by=$lab signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
 devices=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \
-    --views 1 "${tiny_field[@]}"
+     "${tiny_field[@]}"
 # The other commands stop and resume as these do.
 if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then
     signal=TERM resumes train train "$scene" --resume --epochs 80 "${small[@]}"

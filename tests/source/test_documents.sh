@@ -7,7 +7,7 @@ set -uo pipefail
 check "the documents are written" run "$program" --generate-docs "$folder"
 check "a folder must be named" fails 2 'generate-docs: name the folder' "$program" --generate-docs
 commands=$("$program" --help | sed -n 's/^  \([a-z-]\{1,\}\) .*/\1/p')
-options_of() { "$program" "$1" --help-all | sed -n 's/^  \(--[a-z0-9-]\{1,\}\).*/\1/p'; }
+options_of() { "$program" help "$1" | sed -n 's/^  \(--[a-z0-9-]\{1,\}\).*/\1/p'; }
 check "there are commands" test "$(wc -w <<<"$commands")" -ge 13
 check "there are options" test "$(options_of value | wc -l)" -ge 40
 

@@ -58,7 +58,7 @@ missing_paths() {
 commands=$("$program" --help | sed -nE 's/^  ([a-z][a-z-]+) .*/\1/p')
 
 options_of() { # options_of COMMAND
-    "$program" "$1" --help-all | sed -nE 's/^  (--[a-z0-9-]+).*/\1/p'
+    "$program" help "$1" | sed -nE 's/^  (--[a-z0-9-]+).*/\1/p'
 }
 
 # Prints lines "COMMAND OPTION" for every option after a command of the program in the product's READMEs.
@@ -135,7 +135,7 @@ old_words+='|rank_(low|high)'
 help_texts() {
     local command
     "$program" --help
-    for command in $commands; do "$program" "$command" --help-all | sed "s/^/$command: /"; done
+    for command in $commands; do "$program" help "$command" | sed "s/^/$command: /"; done
 }
 
 old_words_in() { # old_words_in FILE...

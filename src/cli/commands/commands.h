@@ -28,7 +28,7 @@ enum vw_status vw_command_import_steps(const struct vw_options *options);
 // the device. The run of seed K goes to seed-K beside --out, and what is said of it to the log next to it. Reports the
 // first failure after the others have ended.
 
-// Refuses, before the run of `value --worth` is trained, unusable options.
+// Refuses, before the run of `value --retrainings` is trained, unusable options.
 enum vw_status vw_worth_check_options(const struct vw_options *options);
 // Makes the worth of the run in `out` and prints it; `answer` takes the new advice (NULL: nothing does).
 struct vw_answer;

@@ -15,8 +15,7 @@ enum vw_status vw_command_compare(const struct vw_options *options) {
                                                          .scores = options->scores,
                                                          .method = options->method,
                                                          .equal = options->equal},
-                                                .valuation_seeds = options->valuation_seeds,
-                                                .rendered_views = options->views};
+                                                .valuation_seeds = options->valuation_seeds};
     struct vw_comparison comparison;
     if (status) return status;
     status = vw_comparison_make(&params, &comparison);

@@ -7,10 +7,11 @@ static json_t *to_json(const struct vw_rendered_view *rendered) {
                      vw_json_real(rendered->psnr_db), "image", rendered->image_path);
 }
 
-static void print_text(const struct vw_rendered_view *rendered, bool only_render) {
-    vw_print("%s  PSNR %.2f dB over the whole view%s\n%s: %s\n", rendered->view, rendered->psnr_db,
+static void print_text(const struct vw_rendered_view *rendered) {
+    vw_print("%s  PSNR %.2f dB over the whole view%s\nphoto left, render right: %s\n", rendered->view,
+             rendered->psnr_db,
              rendered->fitted ? ", without the gain and bias that validation fits: not comparable with val_psnr" : "",
-             only_render ? "render" : "photo left, render right", rendered->image_path);
+             rendered->image_path);
 }
 
 static json_t *path_to_json(const struct vw_rendered_path *rendered) {
@@ -34,7 +35,6 @@ enum vw_status vw_command_render(const struct vw_options *options) {
                                             .view = options->view,
                                             .to = options->to,
                                             .device = options->device,
-                                            .only_render = options->only_render,
                                             .depth = options->depth,
                                             .pose = options->pose,
                                             .path = options->path,
@@ -44,7 +44,7 @@ enum vw_status vw_command_render(const struct vw_options *options) {
     if (params.path || params.pose) return render_path(options, &params);
     enum vw_status status = vw_render_view(&params, &rendered);
     if (!status && options->json) status = vw_json_print(to_json(&rendered));
-    else if (!status) print_text(&rendered, params.only_render);
+    else if (!status) print_text(&rendered);
     vw_rendered_view_free(&rendered);
     return status;
 }

@@ -20,7 +20,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     struct vw_answer answer = {0};
     enum vw_status status = vw_params_of_run(options, &params);
     params.train_only = train_only;
-    if (options->worth) params.payout.amount = NULL; // it follows worth
+    if (options->retrainings) params.payout.amount = NULL; // it follows worth
     params.progress = vw_progress_show;
     params.context = &progress;
     if (!status) status = vw_run_open(&params, &run);
@@ -33,18 +33,17 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     }
     vw_progress_end(&progress);
     if (!status) status = vw_run_finish(run);
-    if (!status && !(options->worth && options->json)) status = vw_run_print(run, train_only, options->json);
-    if (!status) status = vw_answer_begin(run, options->out, &answer);
+    if (!status && !(options->retrainings && options->json)) status = vw_run_print(run, train_only, options->json);
+    if (!status) vw_answer_begin(run, options->out, &answer);
     if (!status && !steps_before) answer.training_s = took_s;
     vw_run_close(&run);
-    if (!status && options->worth) status = vw_worth_of_run(options, options->out, options->worth, &answer);
-    if (!status && !train_only && !options->json) vw_answer_print(&answer);
-    vw_answer_free(&answer);
-    return status;
+    if (!status && options->retrainings) status = vw_worth_of_run(options, options->out, options->retrainings);
+    return status || train_only || options->json ? status : vw_answer_print(&answer);
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {
-    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout", "profile", "lasting", "worth"};
+    static const char *const single[] = {"budget",  "accuracy", "until-stable", "payout",
+                                         "profile", "lasting",  "retrainings"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(single); i++)
         if (vw_options_have(options, single[i]))
             return vw_fail(VW_ERROR_USAGE, "--%s is for a single training; leave it out with --kfold", single[i]);
@@ -74,10 +73,11 @@ enum vw_status vw_command_value(const struct vw_options *options) {
         return vw_fail(
             VW_ERROR_USAGE,
             "--devices is for several trainings; give it with --kfold K, or to viewworth worth after the run");
-    if (options->together && !options->worth)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
-    enum vw_status status = options->worth ? vw_worth_check_options(options) : VW_OK;
+    if (options->together && !options->retrainings)
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--together is for several trainings; give it with --kfold K or --retrainings M, or leave it out");
+    enum vw_status status = options->retrainings ? vw_worth_check_options(options) : VW_OK;
     return status ? status : make_run(options, false);
 }
 

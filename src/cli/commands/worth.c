@@ -17,7 +17,7 @@ static struct vw_worth_run_params params_of(const struct vw_options *options, co
 }
 
 enum vw_status vw_worth_check_options(const struct vw_options *options) {
-    const struct vw_worth_run_params params = params_of(options, options->out, options->worth);
+    const struct vw_worth_run_params params = params_of(options, options->out, options->retrainings);
     return vw_worth_run_check(&params);
 }
 

@@ -12,8 +12,8 @@ static const double REDRAW_S = 0.1;
 
 // Writes a line of the log. On a terminal it first clears any remains of a progress bar.
 void vw_log_to_stderr(void *context, enum vw_log_level level, const char *line) {
-    const struct vw_log_shown *shown = context;
-    if (level != VW_LOG_WARNING && (shown->quiet || (level == VW_LOG_DETAIL && !shown->verbose))) return;
+    const bool *quiet = context;
+    if (level != VW_LOG_WARNING && *quiet) return;
     fprintf(stderr, "%s%s%s\n", isatty(STDERR_FILENO) ? "\r\033[K" : "", level == VW_LOG_WARNING ? "warning: " : "",
             line);
 }

@@ -9,13 +9,8 @@
 #include "viewworth/log.h"
 #include "viewworth/run.h"
 
-// Lines that vw_log_to_stderr() writes beside warnings.
-struct vw_log_shown {
-    bool quiet;   // none
-    bool verbose; // details, too
-};
 // Writes lines to stderr, warnings with "warning: " before them. It is the vw_log_sink of the program, whose context is
-// a struct vw_log_shown.
+// a bool: whether only warnings are shown.
 void vw_log_to_stderr(void *context, enum vw_log_level level, const char *line);
 
 // Epoch, validation PSNR, steps per second and time left: a bar that is redrawn in place on a terminal; elsewhere a

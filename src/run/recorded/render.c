@@ -195,7 +195,6 @@ static double compare(const struct comparing *comparing, const struct vw_view *v
             photo_colour(comparing, photo, x, y, colour);
             for (int c = 0; c < 3 && counts; c++) squared_error += pow((double)rendered[c] - colour[c], 2);
             if (counts) value_count += 3;
-            if (!pair) continue;
             float *left = pair + 3 * ((size_t)y * 2 * photo->width_px + x);
             memcpy(left, colour, sizeof colour);
             memcpy(left + 3 * (size_t)photo->width_px, rendered, sizeof colour);
@@ -204,19 +203,18 @@ static double compare(const struct comparing *comparing, const struct vw_view *v
     return vw_psnr_db(mse); // NaN when no pixel counts
 }
 
-static enum vw_status render_beside(const struct vw_rendering *rendering, bool only_render, const char *target,
-                                    double *psnr_db) {
+static enum vw_status render_beside(const struct vw_rendering *rendering, const char *target, double *psnr_db) {
     const struct vw_view *view = &rendering->run.scene->views[rendering->view];
     const struct vw_recorded_run *run = &rendering->run;
     const struct comparing comparing = {run->scene, vw_effects_is_on(run->effects, run->effect_count, "background"),
                                         vw_effects_is_on(run->effects, run->effect_count, "masks")};
     uint32_t width_px = view->image.width_px, height_px = view->image.height_px;
     float *render = NULL;
-    float *pair = only_render ? NULL : vw_allocate(2 * (size_t)width_px * height_px, 3 * sizeof *pair);
-    if (!pair && !only_render) return VW_ERROR_MEMORY;
+    float *pair = vw_allocate(2 * (size_t)width_px * height_px, 3 * sizeof *pair);
+    if (!pair) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_render(rendering->trainer, rendering->view, &render);
     if (!status) *psnr_db = compare(&comparing, view, render, pair);
-    if (!status) status = vw_image_save(target, pair ? 2 * width_px : width_px, height_px, 3, pair ? pair : render);
+    if (!status) status = vw_image_save(target, 2 * width_px, height_px, 3, pair);
     free(render);
     free(pair);
     return status;
@@ -239,7 +237,7 @@ enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_r
     if (!status) status = take_lock(params->out, params->to, &lock);
     if (!status) status = open_rendering(params, &rendering);
     if (!status) status = fill_result(params, &rendering, rendered);
-    if (!status) status = render_beside(&rendering, params->only_render, rendered->image_path, &rendered->psnr_db);
+    if (!status) status = render_beside(&rendering, rendered->image_path, &rendered->psnr_db);
     if (!status && params->depth)
         status = write_depth(&rendering, &rendering.run.scene->views[rendering.view], rendered->image_path);
     close_rendering(&rendering);
@@ -354,9 +352,6 @@ static enum vw_status make_video(const char *folder, const char *to) {
 
 static enum vw_status check_path(const struct vw_render_params *params) {
     if (params->pose && params->path) return vw_fail(VW_ERROR_USAGE, "--pose and --path: give one of them");
-    if (params->only_render)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--only-render: --pose and --path have no photo to leave out; give it with a view");
     enum vw_status status = check_video(params->video);
     return !status && params->pose ? check_image(params->to) : status;
 }

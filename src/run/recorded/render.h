@@ -11,7 +11,6 @@ struct vw_render_params {
     const char *view;   // its name, also without folder or extension, or its place among the validation views; NULL: 0
     const char *to;     // image (.png or .exr) or folder to write; NULL: in OUT
     const char *device; // NULL: the preferred one
-    bool only_render;   // leaves the photo of a view out
     bool depth;         // also the depth of each pixel, in NAME_depth.exr beside NAME.png
     const char *pose;   // numbers of one camera_to_world; NULL: none
     const char *path;   // orbit, spiral, cameras or a file (scene/camera_path.h); NULL: none
