@@ -102,11 +102,11 @@ check "prints what it leaves" cmp stdout <(cat whole/compare.json && echo)
 rm whole/renders/retrainings/*_7.png
 check "a lost picture is made again" compare whole "${three[@]}"
 check "to the same bytes" diff -r --exclude=retrainings.db first whole
-check "a list of names is the list it names" compare whole --list all --list kept.txt 
+check "a list of names is the list it names" compare whole --list all --list kept.txt
 check "and was trained before" test "$(retrainings whole)" = "$before"
 check "with the same outcome" near "$(column kept 0 8)" "$(awk -F, '$1 == "top:3" && $2 == 0 { print $8 }' first/compare.csv)"
 
-check "the paper's way: equal epochs" compare whole --list kept.txt --list all --equal epochs --seeds 1 
+check "the paper's way: equal epochs" compare whole --list kept.txt --list all --equal epochs --seeds 1
 check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv
 check "and are another training" test "$(retrainings whole)" = 7
 check "one seed says nothing of noise" grep -q '^all,kept,test_psnr,[-0-9.e]*,,,,false$' whole/pairs.csv
@@ -120,7 +120,7 @@ check "of another seed nothing is warned" test "$(grep -c '^warning' stderr)" = 
 # ---- Valuations of its own, in the laboratory ----
 
 in_lab() { program=$lab "$@"; }
-check "lists by two valuations" in_lab compare anew --valuation-seeds 2 --list all --list top:3 --list random 
+check "lists by two valuations" in_lab compare anew --valuation-seeds 2 --list all --list top:3 --list random
 check "which is said" grep -q '^lists by scores are selected anew by each of 2 valuations' stdout
 check "valuations have seeds after those of the trainings" test "$(echo anew/seed_*)" = "anew/seed_4 anew/seed_5"
 check "every list has two trainings of each" test "$(awk -F, '$1 == "top:3" { print $2, $3 }' anew/compare.csv | tr '\n' ' ')" \
@@ -135,7 +135,7 @@ trained_on() { # trained_on SEED IMAGE_IDS: how often
 check "each trains on what its valuation selects" test "$(for seed in 0 1; do trained_on $seed "$(best_of 4)"; done
     for seed in 2 3; do trained_on $seed "$(best_of 5)"; done)" = "$(printf '1\n1\n1\n1')"
 before=$(retrainings anew) && touch -r anew/seed_4/ledger.db stamp
-check "the same command" in_lab compare anew --valuation-seeds 2 --list all --list top:3 --list random 
+check "the same command" in_lab compare anew --valuation-seeds 2 --list all --list top:3 --list random
 check "values and trains nothing again" test "$(retrainings anew)" = "$before" -a ! anew/seed_4/ledger.db -nt stamp
 check "no list of changing photos disagrees" test "$(wc -l <anew/disagreements.csv)" = 1
 
@@ -144,7 +144,7 @@ check "no list of changing photos disagrees" test "$(wc -l <anew/disagreements.c
 cp -r valued other
 sqlite3 other/ledger.db "UPDATE run SET status = 'interrupted', scene_options_json = '{\"corrupt\":2}';
     UPDATE image SET sha256 = '00' WHERE name IN ('view_000', 'view_003', 'view_006')"
-check "another state of the photos" compare states --list top:3 --scores other --seed 5 --seeds 1 
+check "another state of the photos" compare states --list top:3 --scores other --seed 5 --seeds 1
 check "an unfinished run is warned of" grep -q '^warning: other/ledger.db: the run is interrupted, not finished' stderr
 check "corrupted photos are" grep -q '^warning: .* corrupted 2 photos (--corrupt), and 0 are to be' stderr
 check "those to train on that have changed are" grep -q '^warning: --scores other: 2 photos have changed' stderr
