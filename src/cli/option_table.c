@@ -8,16 +8,14 @@
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *field_choice(uint32_t choice) { return vw_field_name((enum vw_field)choice); }
-static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *coarse_network_choice(uint32_t choice) {
     return vw_coarse_network_name((enum vw_coarse_network)choice);
 }
 static const char *floor_choice(uint32_t choice) { return choice == VW_PAYOUT_FLOOR_EQUAL ? "equal" : "none"; }
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 
-_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_background_form) == sizeof(uint32_t) &&
-                   sizeof(enum vw_equal) == sizeof(uint32_t) && sizeof(enum vw_field) == sizeof(uint32_t) &&
-                   sizeof(enum vw_coarse_network) == sizeof(uint32_t) &&
+_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
+                   sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t) &&
                    sizeof(enum vw_payout_floor) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
@@ -139,8 +137,6 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_SCENE | VW_OPTIONS_VERIFY, VW_SECTION_SCENE, OPTION(TEXT, providers), COMMON},
     {"replay", "N|all", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON, .all = true},
-    {"retrainings", "N|all", "Make the first N retrainings of worth again and compare every bit with the ledger",
-     VW_OPTIONS_VERIFY, VW_SECTION_MAIN, OPTION(COUNT, repeat_retrainings), RANGE(1, UINT32_MAX), COMMON, .all = true},
     {"payout", "AMOUNT",
      "Amount of money to divide among the photos in proportion to their worth where that is positive; a provider gets "
      "the sum over its photos. Needs retrainings that tell at least two photos apart",
@@ -156,10 +152,12 @@ const struct vw_option vw_option_table[] = {
      "Number of further retrainings, in which all photos of a provider are in or out together; they show what each "
      "provider's photos are worth jointly, and change neither the worth of photos nor a payout",
      VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, provider_retrainings), RANGE(0, 1000)},
-    {"retrainings", "M",
+    {"retrainings", "M|all",
      "Number of retrainings on random subsets of the photos, including those that OUT already contains, from whose "
-     "results each photo's worth is scored; 0: none, or for worth show what they say so far",
-     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, retrainings), RANGE(0, 100000), COMMON},
+     "results each photo's worth is scored; 0: none, or for worth show what they say so far. verify makes the first M "
+     "of them again and compares every bit",
+     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE | VW_OPTIONS_VERIFY, VW_SECTION_MAIN, OPTION(COUNT, retrainings),
+     RANGE(0, UINT32_MAX), COMMON, .all = true},
     {"until-confidence", "R",
      "Stop before all retrainings are made once the lower end of the interval of worth's correlation with left-out "
      "retrainings reaches R, below 1; checked after every 8; 0: never",
@@ -243,9 +241,6 @@ const struct vw_option vw_option_table[] = {
      "Steps of each short training that measures what an effect gains; 0: files and points alone decide",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps), RANGE(0, VW_PILOT_STEPS_MOST),
      DEFAULT("by the length of the run")},
-    {"background", NULL,
-     "Colour seen through transparent train pixels: the scene's own, or a random one per ray and step",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, CHOICE(config.background, background_choice, VW_BACKGROUND_RANDOM)},
 
     // Accuracy and time.
     {"budget", "TIME",
@@ -269,8 +264,6 @@ const struct vw_option vw_option_table[] = {
      "Also compute lasting credit by a backward pass through the finished training: what the steps on a photo leave at "
      "its end (scores lasting_psnr and lasting_loss)",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_SCORES, OPTION(FLAG, lasting.wanted), COMMON},
-    {"lasting-rays", "N", "Rays of each step that the backward pass uses; fewer are faster", VW_OPTIONS_LASTING,
-     VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536), DEFAULT("all rays of a step"), NEEDS("lasting")},
     {"lasting-matrix", NULL,
      "Also compute lasting credit for the PSNR of each validation photo: matrix.csv has it, and select also "
      "tries lists by it. Each validation photo adds up to half the time of a backward pass",

@@ -69,8 +69,8 @@ struct vw_options {
     const char *accuracy, *budget;
     enum vw_option_preset preset;
     const char *expect;
-    uint32_t replay_steps, repeat_retrainings; // 0: none; UINT32_MAX: all
-    const char *parameters;                    // names of those that tradeoff changes
+    uint32_t replay_steps;  // 0: none; UINT32_MAX: all, as of retrainings
+    const char *parameters; // names of those that tradeoff changes
     const char *view;
     const char *cameras, *points; // files that export writes
     const char *to, *copy;

@@ -7,9 +7,11 @@
 #include "viewworth/train.h"
 
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
+static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
-_Static_assert(sizeof(enum vw_vary) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t),
+_Static_assert(sizeof(enum vw_vary) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
+                   sizeof(enum vw_background_form) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
 #define OPTION(type, field) VW_OPTION_FIELD(struct vw_lab_options, type, field)
@@ -73,6 +75,13 @@ const struct vw_option vw_lab_option_table[] = {
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, common.config.beta_min)},
     {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
      VW_SECTION_TRAINING, CHOICE(common.config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
+    {"background", NULL,
+     "Colour seen through transparent train pixels: the scene's own, or a random one per ray and step",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
+     CHOICE(common.config.background, background_choice, VW_BACKGROUND_RANDOM)},
+    {"lasting-rays", "N", "Rays of each step that the backward pass uses; fewer are faster", VW_OPTIONS_LASTING,
+     VW_SECTION_SCORES, OPTION(COUNT, common.lasting.rays), VW_OPTION_RANGE(1, 65536), DEFAULT("all rays of a step"),
+     .needs = "lasting"},
     {"same-state", "N", "Also score all photos by steps from the same N states of the field", VW_LAB_PROBES,
      VW_SECTION_MAIN, OPTION(COUNT, same_state), VW_OPTION_RANGE(1, 1000000)},
     {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_LAB_REPRODUCE, VW_SECTION_MAIN,

@@ -73,7 +73,7 @@ check "value without --out is refused" refuses '--out is missing' value "$scene"
 check "an empty --out is refused" refuses '--out is missing' value "$scene" --out ''
 for bad in '--rays 5x' '--rays -1' '--rays 0' '--rays 65537' '--rays 99999999999999999999' '--epochs 1.5' '--epochs 0' \
     '--seed 9223372036854775808' '--downscale 0' '--lr nan' '--lr 0' '--lr 1e999' '--beta1 1' '--beta1 x' \
-    '--growth 5' '--width 33' '--levels 17' '--loss l3' '--background sky'; do
+    '--growth 5' '--width 33' '--levels 17' '--loss l3'; do
     read -r option number <<<"$bad"
     check "$bad is refused" refuses "$option\b" value "$scene" --out "$folder/none" "$option" "$number"
 done

@@ -5,7 +5,7 @@
 . "$(dirname "$0")/../support/program_test.sh"
 
 value() { "$program" value "$scene" --out "$folder/$1" "${small[@]}" --epochs 7 --quiet "${@:2}"; }
-lasting() { "$program" lasting "$folder/$1" --quiet "${@:2}"; }
+lasting() { "${by:-$program}" lasting "$folder/$1" --quiet "${@:2}"; }
 select_photos() { rm -f "$folder/list.txt"; "$program" select "$folder/run" --to "$folder/list.txt" --method lasting_psnr --quiet "$@"; }
 
 check "a run is valued" run value run
@@ -28,7 +28,7 @@ check "value --lasting does both" run value both --lasting --json --no-gate
 check "in one" test "$(json '$.lasting.gate'),$(json '$.lasting.steps')" = ,42
 check "with the same rows" test "$(query both 'SELECT * FROM lasting_step; SELECT * FROM score')" = \
     "$(query run 'SELECT * FROM lasting_step; SELECT * FROM score')"
-check "fewer rays are another backward pass, which replaces it" eval 'run lasting both --lasting-rays 8 --no-gate &&
+check "fewer rays are another backward pass, which replaces it" eval 'by=$lab run lasting both --lasting-rays 8 --no-gate &&
     [[ $(query both "SELECT rays, (SELECT count(*) FROM lasting_step) FROM lasting") == "8|42" ]]'
 check "that verifies" run "$program" verify "$folder/both"
 check "by validation photo it is one more" run lasting both --lasting-matrix --no-gate
@@ -42,7 +42,6 @@ check "verify makes it again" prints '^matrix.csv +intact' "$program" verify "$f
 sed -i 's/\(,lasting_psnr,dB,[^,]*,,\)/\13/' "$folder/both/matrix.csv"
 check "and finds an edit" eval '! "$program" verify "$folder/both" 2>&1 | grep -q "^matrix.csv  *intact"'
 check "--lasting-matrix belongs to --lasting" fails 2 '--lasting-matrix needs --lasting' value none --lasting-matrix
-check "--lasting-rays belongs to --lasting" fails 2 '--lasting-rays needs --lasting' value none --lasting-rays 8
 check "--kfold takes no lasting credit" fails 2 '--lasting is for a single training' value none --kfold 2 --lasting
 
 check "select ranks by it" prints '^kept     2 of 6 photos' select_photos --rule top:2

@@ -55,10 +55,10 @@ static void print_text(const struct vw_verification *verification, uint32_t retr
 }
 
 static enum vw_status repeat_retrainings(const struct vw_options *options, uint32_t *repeated) {
-    if (!options->repeat_retrainings) return VW_OK;
+    if (!options->retrainings) return VW_OK;
     const struct vw_worth_run_params params = {
         .out = options->operand, .devices.first = options->device, .interrupt = vw_interrupt_watch()};
-    return vw_worth_repeat(&params, options->repeat_retrainings, repeated);
+    return vw_worth_repeat(&params, options->retrainings, repeated);
 }
 
 enum vw_status vw_command_verify(const struct vw_options *options) {

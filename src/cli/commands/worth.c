@@ -16,9 +16,18 @@ static struct vw_worth_run_params params_of(const struct vw_options *options, co
                                         .payout = vw_params_of_payout(options)};
 }
 
+enum { RETRAININGS_MOST = 100000 };
+
+// Refuses a number that only verify takes.
+static enum vw_status check_number(const struct vw_options *options) {
+    if (options->retrainings <= RETRAININGS_MOST) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--retrainings takes a whole number, 0 to %d", RETRAININGS_MOST);
+}
+
 enum vw_status vw_worth_check_options(const struct vw_options *options) {
     const struct vw_worth_run_params params = params_of(options, options->out, options->retrainings);
-    return vw_worth_run_check(&params);
+    enum vw_status status = check_number(options);
+    return status ? status : vw_worth_run_check(&params);
 }
 
 enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings,
@@ -39,5 +48,6 @@ enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out
 }
 
 enum vw_status vw_command_worth(const struct vw_options *options) {
-    return vw_worth_of_run(options, options->operand, options->retrainings, NULL);
+    enum vw_status status = check_number(options);
+    return status ? status : vw_worth_of_run(options, options->operand, options->retrainings);
 }
