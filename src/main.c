@@ -8,7 +8,7 @@ enum command_group { VALUE, USE, CHECK, COMPARE };
 // clang-format off
 #define NEEDS_SCENE_FOLDER "If the scene path was relative, run the command in the same folder as the training."
 
-static const struct vw_command commands[] = {
+static const struct vw_program_command commands[] = {
     {VALUE, "devices", NULL, "List the Vulkan devices in order of preference", NULL,
      VW_OPTIONS_JSON, vw_command_devices},
     {VALUE, "info", "SCENE", "Show what a scene contains and which effects it calls for",
@@ -95,7 +95,8 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
     {USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
      "OUT is the --out folder of value, compare, tradeoff or batch (whose table of jobs it "
-     "shows). The report shows thumbnails if the scene can be opened. " NEEDS_SCENE_FOLDER,
+     "shows). The report shows thumbnails if the scene can be opened. The page is "
+     "report.html in the first OUT, or --to. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
     {USE, "merge", "OUT...", "Put the results of many runs side by side",
      "Takes the runs of these folders and of all folders in them; a run is called by its path from the folder that is "
@@ -106,6 +107,7 @@ static const struct vw_command commands[] = {
      "The image of a view has the photo on the left and the render on the right. --pose and --path render from where "
      "no photo was taken, without lens distortion: far from all photos the field was not trained. Photos' own light "
      "(effects appearance and appearance_code) is left out; with appearance_encoder it is that of --view. "
+     "The image is OUT/render_VIEW.png, or --to (.png or .exr); frames go to OUT/frames, or the folder --to. "
      NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
     {USE, "next", "OUT", "Propose where to take the next photos",
@@ -121,7 +123,9 @@ static const struct vw_command commands[] = {
      "distances away), between photos, sees nothing, or no reason; and the way from the photo of the nearest position: "
      "steps in usual distances and turns, by that photo's own axes. Writes OUT/next.json, which report shows beside "
      "its map, and next_01.png and so on: what each would see. What an earlier call wrote there is replaced. --to "
-     "writes the poses for other programs; a file that exists is refused. " NEEDS_SCENE_FOLDER,
+     "writes the poses for other programs: as pyramids (.ply), or as a transforms file (.json) of poses without "
+     "photos, in sizes after --downscale, whose file_path names the render in OUT; a file that exists is refused. "
+     NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_NEXT | VW_OPTIONS_JSON, vw_command_next},
     {USE, "export", "OUT", "Write the cameras and points of a run's scene for other programs",
      "Blender and MeshLab open the .ply files. Positions are those of the scene; camera_to_world has the camera's x to "

@@ -33,18 +33,6 @@ struct vw_run_state {
 // Called before the first and after every submission of steps, and at the end. Returning false asks the run to stop.
 typedef bool vw_run_progress(void *context, const struct vw_run_state *state);
 
-// Fields of vw_config that `accuracy` and `budget_s` leave as they are.
-enum {
-    VW_EXPLICIT_RAYS = 1,
-    VW_EXPLICIT_SAMPLES = 2,
-    VW_EXPLICIT_VAL_RAYS = 4,
-    VW_EXPLICIT_LOG2_TABLE = 8,
-    VW_EXPLICIT_WIDTH = 16,
-    VW_EXPLICIT_IMPORTANCE_SAMPLES = 32,
-    VW_EXPLICIT_LEVELS = 64,
-    VW_EXPLICIT_EPOCHS = 128,
-};
-
 // Lasting credit (value.h): one backward pass through the finished training.
 struct vw_lasting_options {
     bool wanted;   // compute it, unless OUT has it
@@ -69,7 +57,7 @@ struct vw_run_params {
     double until_stable;            // stop at an epoch's end once scores are this stable, below 1; 0: never
     const char *accuracy;           // the level: "draft", "quick", "standard" or "reference"; NULL: config as it is
     double budget_s;                // choose the level and epochs so that all ends within this time; 0: no budget
-    uint32_t explicit_fields;       // VW_EXPLICIT_*
+    uint64_t explicit_fields;       // that accuracy and budget_s leave as they are: bits of vw_config_explicit()
     struct vw_payout_options payout;
     struct vw_lasting_options lasting;
     struct vw_report_options report;

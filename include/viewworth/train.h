@@ -115,10 +115,43 @@ struct vw_config vw_config_of_field(enum vw_field field);
 enum vw_status vw_config_check(const struct vw_config *config);
 // Returns whether the learning rate stays the same, so that steps do not depend on the planned epochs.
 bool vw_config_rate_is_constant(const struct vw_config *config);
-// The values that an option ("rays", without dashes) accepts, in words: "1 to 65536", "a power of two, 16 to 64". False
-// when it sets no number.
+
+// ---- Fields of the config: what options, JSON, checks and help follow from ----
+
+enum vw_config_kind {
+    VW_CONFIG_WHOLE,  // uint32_t
+    VW_CONFIG_POWER,  // uint32_t, a power of two
+    VW_CONFIG_EIGHTS, // uint32_t, a multiple of 8
+    VW_CONFIG_SEED,   // uint64_t of 63 bits, as the ledger keeps it
+    VW_CONFIG_REAL,   // double
+    VW_CONFIG_CHOICE, // an enum of 32 bits, by its names
+};
+struct vw_config_field {
+    const char *key, *option; // in JSON; as options spell it, without dashes
+    enum vw_config_kind kind;
+    size_t offset;      // in struct vw_config
+    uint32_t fields;    // a bit for every enum vw_field that has it; for the others it keeps its default
+    bool identity;      // part of what the run is
+    double least, most; // the range; a choice has 0 and its last
+    struct {
+        bool differs;
+        double value;
+    } own[VW_FIELD_COUNT];    // defaults that differ from vw_config_default
+    const char *const *names; // those of a choice
+};
 enum { VW_CONFIG_RANGE_BYTES = 64 };
-bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
+// Lists the fields, but for effects, pilot_steps, base_seed and initial. vw_config_find() returns that of an option;
+// NULL: none.
+const struct vw_config_field *vw_config_fields(uint32_t *count);
+const struct vw_config_field *vw_config_find(const char *option);
+// Returns the bit of vw_run_params.explicit_fields of an option; 0: it sets no field.
+uint64_t vw_config_explicit(const char *option);
+// Reads a field, and copies it.
+double vw_config_get(const struct vw_config *config, const struct vw_config_field *field);
+void vw_config_copy(const struct vw_config *from, const struct vw_config_field *field, struct vw_config *to);
+// Says the range in words: "1 to 65536", "a power of two, 16 to 64"; "" of a choice.
+void vw_config_describe_range(const struct vw_config_field *field, char text[VW_CONFIG_RANGE_BYTES]);
+
 // Returns the seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS, VW_VARY_INIT or VW_VARY_VALIDATION, which is 0
 // unless validation pixels vary.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);

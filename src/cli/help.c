@@ -45,7 +45,7 @@ void vw_help_print_program(const struct vw_program *program) {
     for (uint32_t group = 0; program->groups[group]; group++) {
         printf("\n%s:\n", program->groups[group]);
         for (uint32_t i = 0; i < program->command_count; i++) {
-            const struct vw_command *command = &program->commands[i];
+            const struct vw_program_command *command = &program->commands[i];
             if (command->group != group) continue;
             char term[COMMAND_COLUMN + 16];
             snprintf(term, sizeof term, "%s %s", command->name, command->operand ? command->operand : "");
@@ -59,7 +59,7 @@ void vw_help_print_program(const struct vw_program *program) {
            name, name, name, name);
 }
 
-static bool is_listed(const struct vw_option *option, const struct vw_command *command, bool all) {
+static bool is_listed(const struct vw_option *option, const struct vw_program_command *command, bool all) {
     return vw_option_fits(option, command) && (all || option->common);
 }
 
@@ -70,7 +70,7 @@ static void print_option(const struct vw_program *program, const struct vw_optio
     print_term(usage, sentence, OPTION_COLUMN);
 }
 
-static void print_section(const struct vw_program *program, const struct vw_command *command,
+static void print_section(const struct vw_program *program, const struct vw_program_command *command,
                           enum vw_option_section section, bool all) {
     bool has_title = false;
     for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
@@ -82,7 +82,7 @@ static void print_section(const struct vw_program *program, const struct vw_comm
     }
 }
 
-static int count_hidden(const struct vw_program *program, const struct vw_command *command) {
+static int count_hidden(const struct vw_program *program, const struct vw_program_command *command) {
     int count = 0;
     for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
         const struct vw_option *option = vw_program_option(program, i);
@@ -91,7 +91,7 @@ static int count_hidden(const struct vw_program *program, const struct vw_comman
     return count;
 }
 
-void vw_help_print_command(const struct vw_program *program, const struct vw_command *command, bool all) {
+void vw_help_print_command(const struct vw_program *program, const struct vw_program_command *command, bool all) {
     const char *operand = command->operand ? command->operand : "";
     printf("usage: %s %s%s%s%s [options]\n\n", program->name, command->name, *operand ? " " : "", operand,
            vw_command_needs_out(command) ? " --out FOLDER" : "");

@@ -63,7 +63,7 @@ static void write_option(FILE *stream, const struct vw_program *program, const s
     write_line(stream, sentence);
 }
 
-static void write_options(FILE *stream, const struct vw_program *program, const struct vw_command *command) {
+static void write_options(FILE *stream, const struct vw_program *program, const struct vw_program_command *command) {
     fputs(".SH OPTIONS\n", stream);
     for (enum vw_option_section section = 0; section < VW_SECTION_COUNT; section++) {
         bool has_title = false;
@@ -77,7 +77,8 @@ static void write_options(FILE *stream, const struct vw_program *program, const 
     }
 }
 
-static void write_command_page(FILE *stream, const struct vw_program *program, const struct vw_command *command) {
+static void write_command_page(FILE *stream, const struct vw_program *program,
+                               const struct vw_program_command *command) {
     char name[64];
     snprintf(name, sizeof name, "-%s", command->name);
     write_head(stream, program->name, name, command->summary);
@@ -94,7 +95,7 @@ static void write_command_page(FILE *stream, const struct vw_program *program, c
     write_end(stream, program->name, "(1)");
 }
 
-static void write_program_page(FILE *stream, const struct vw_program *program, const struct vw_command *none) {
+static void write_program_page(FILE *stream, const struct vw_program *program, const struct vw_program_command *none) {
     (void)none;
     write_head(stream, program->name, "", program->summary);
     fputs("\nCOMMAND [options]\n.SH DESCRIPTION\n", stream);
@@ -114,7 +115,8 @@ static void write_program_page(FILE *stream, const struct vw_program *program, c
 
 // ---- Bash completion ----
 
-static void write_command_options(FILE *stream, const struct vw_program *program, const struct vw_command *command) {
+static void write_command_options(FILE *stream, const struct vw_program *program,
+                                  const struct vw_program_command *command) {
     fprintf(stream, "    %s) options='", command->name);
     for (uint32_t i = 0; i < vw_program_option_count(program); i++)
         if (vw_option_fits(vw_program_option(program, i), command))
@@ -129,7 +131,7 @@ static void write_option_words(FILE *stream, const struct vw_option *option) {
     if (words) fprintf(stream, "    --%s) words='%s' ;;\n", option->name, words);
 }
 
-static void write_completion(FILE *stream, const struct vw_program *program, const struct vw_command *none) {
+static void write_completion(FILE *stream, const struct vw_program *program, const struct vw_program_command *none) {
     (void)none;
     const char *name = program->name;
     fprintf(stream, "# Bash completion of %s, generated from its table of options.\n_%s() {\n", name, name);
@@ -153,11 +155,11 @@ static void write_completion(FILE *stream, const struct vw_program *program, con
 
 // ---- Files ----
 
-typedef void write_document(FILE *stream, const struct vw_program *program, const struct vw_command *command);
+typedef void write_document(FILE *stream, const struct vw_program *program, const struct vw_program_command *command);
 
 // Writes a document. Frees `path`, which is NULL when memory is short.
 static enum vw_status write_file(char *path, write_document *write, const struct vw_program *program,
-                                 const struct vw_command *command) {
+                                 const struct vw_program_command *command) {
     char *text = NULL;
     size_t size_bytes = 0;
     struct vw_text_stream document;

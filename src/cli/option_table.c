@@ -52,11 +52,7 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(FLAG, slurm), COMMON},
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
-    {"to", "PATH",
-     "File to write: the photo list of select, the image of render (.png or .exr, default "
-     "OUT/render_VIEW.png) or its folder of frames (default OUT/frames), the page of report (default report.html in "
-     "the first OUT), or the places of next: as pyramids (.ply), or as a transforms file (.json) of poses without "
-     "photos, in sizes after --downscale, whose file_path names the render in OUT",
+    {"to", "PATH", "File to write, or folder of frames; its extension says what, as explained above",
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, to),
      COMMON},
     {"copy", "DIR",
@@ -192,43 +188,40 @@ const struct vw_option vw_option_table[] = {
     {"seed", "N", "Seed of photo order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(SEED, config.seed), COMMON},
     {"epochs", "N", "Number of epochs; each photo is trained on once per epoch", VW_OPTIONS_TRAINING,
-     VW_SECTION_TRAINING, OPTION(COUNT, config.epochs), COMMON, DEFAULT("48, with --field splats 60")},
+     VW_SECTION_TRAINING, OPTION(COUNT, config.epochs), COMMON},
     {"burn-in", "N", "Number of first epochs that do not count for the scores", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
      VW_SECTION_TRAINING, OPTION(COUNT, config.burn_in_epochs)},
     {"rays", "N", "Training rays per step; of splats pixels, of which large photos need more", VW_OPTIONS_TRAINING,
-     VW_SECTION_TRAINING, OPTION(COUNT, config.rays), DEFAULT("250, with --field splats 3072")},
+     VW_SECTION_TRAINING, OPTION(COUNT, config.rays)},
     {"samples", "N", "Samples per ray, at even distances", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(COUNT, config.samples)},
     {"importance-samples", "N",
      "Further samples per ray, placed where the --samples even ones show matter, like NeRF's fine samples; training "
      "and rendering then use only these; 0: none",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.importance_samples),
-     DEFAULT("16, with --field splats 0")},
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.importance_samples)},
     {"coarse-network", NULL,
      "Network that places the --importance-samples: the field itself (shared), or with --field mlp a coarse network of "
      "the same shape that is trained with it, as in NeRF (own)",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      CHOICE(config.coarse_network, coarse_network_choice, VW_COARSE_NETWORK_OWN)},
     {"val-rays", "N", "Validation rays in total; every validation photo gets at least 32", VW_OPTIONS_TRAINING,
-     VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays), DEFAULT("1024, with --field splats 4096")},
+     VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays)},
     {"loss", NULL, "Training loss", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
     {"ssim-weight", "W",
      "Share of the training loss that is 1 - SSIM, of windows within the squares of pixels that a step of --field "
      "splats draws; the rest is --loss",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.ssim_weight),
-     DEFAULT("0.2 with --field splats, else 0")},
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.ssim_weight)},
     {"consistency-weight", "X",
      "Weight of HA-NeRF's consistency loss for the effect appearance_encoder: a render with a photo's code must encode "
      "to that code again; HA-NeRF uses 0.001; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.consistency_weight)},
-    {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate),
-     DEFAULT("0.005, with --field mlp 0.0005, splats 6: a factor")},
+    {"lr", "X", "Learning rate; of splats a factor", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
+     OPTION(REAL, config.learning_rate)},
     {"learning-rate-decay", "X",
      "Share of --lr that is left after --decay-epochs; the rate falls by the same factor at every step, and stays "
-     "afterwards",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate_decay),
-     DEFAULT("0.1, with --field mlp 1, splats 0.01, of positions alone")},
+     "afterwards; of splats only that of positions",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate_decay)},
     {"decay-epochs", "N", "Epochs over which the learning rate falls", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(COUNT, config.decay_epochs), DEFAULT("those that are planned")},
     {"beta1", "X", "Momentum of Adam; at 0 a step credits only its own photo", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
@@ -250,7 +243,7 @@ const struct vw_option vw_option_table[] = {
     {"accuracy", "NAME",
      "Accuracy level: draft, quick, standard or reference. It sets rays, val-rays and epochs, and of a volume also "
      "samples, importance-samples, levels, log2-table and width; explicit options override it",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_COMPARE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
      .words = "draft quick standard reference"},
     {"until-stable", "R",
      "Stop at the end of an epoch once the scores rank the photos as they did after half the epochs, with at least "
@@ -278,7 +271,7 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(preset, vw_option_preset_name, VW_PRESET_PAPER)},
     {"field", NULL,
      "What is trained: a hash grid with two small networks, one deep network as in NeRF, or Gaussian splats",
-     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_SPLATS)},
+     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_SPLATS), COMMON},
     {"splats", "N",
      "Number of splats with --field splats; 0: one for each point of the scene that a train photo sees; with more, "
      "points have several",
@@ -304,7 +297,7 @@ const struct vw_option vw_option_table[] = {
     {"growth", "X", "Ratio of the resolutions of successive levels", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(REAL, config.growth)},
     {"width", "N", "Number of neurons per hidden layer", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
-     OPTION(COUNT, config.width), DEFAULT("32, with --field mlp 256")},
+     OPTION(COUNT, config.width)},
 
     // Options that most commands share.
     {"device", "gpu|cpu|N|NAME",

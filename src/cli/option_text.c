@@ -13,11 +13,11 @@ const char *vw_option_section_title(enum vw_option_section section) {
     return titles[section];
 }
 
-bool vw_option_fits(const struct vw_option *option, const struct vw_command *command) {
+bool vw_option_fits(const struct vw_option *option, const struct vw_program_command *command) {
     return option->groups == VW_OPTIONS_ALWAYS || (option->groups & command->options);
 }
 
-bool vw_command_needs_out(const struct vw_command *command) {
+bool vw_command_needs_out(const struct vw_program_command *command) {
     return command->options &
            (VW_OPTIONS_OUT | VW_OPTIONS_RUNS | VW_OPTIONS_IMPORT | VW_OPTIONS_BATCH | VW_OPTIONS_MERGE);
 }
@@ -25,7 +25,7 @@ bool vw_command_needs_out(const struct vw_command *command) {
 void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_BYTES]) {
     text[0] = 0;
     if (option->most) snprintf(text, VW_CONFIG_RANGE_BYTES, "%" PRIu32 " to %" PRIu32, option->least, option->most);
-    else vw_config_range(option->name, text);
+    else if (vw_config_find(option->name)) vw_config_describe_range(vw_config_find(option->name), text);
 }
 
 void vw_option_choices(const struct vw_option *option, char separator, char text[VW_OPTION_CHOICES_BYTES]) {
@@ -68,6 +68,15 @@ static void describe_default(const struct vw_program *program, const struct vw_o
         snprintf(text, text_bytes, "%s", option->choice_name(*(const uint32_t *)field));
 }
 
+// Adds the defaults of fields that have their own.
+static void describe_own(const struct vw_option *option, char *text, size_t text_bytes) {
+    const struct vw_config_field *field = vw_config_find(option->name);
+    for (uint32_t i = 0; field && !option->default_text && i < VW_FIELD_COUNT; i++)
+        if (field->own[i].differs)
+            snprintf(text + strlen(text), text_bytes - strlen(text), ", with --field %s %g", vw_field_name(i),
+                     field->own[i].value);
+}
+
 // Returns true if the option is off by default: its default is 0, below its range (--replay, --same-state).
 static bool is_off_by_default(const struct vw_option *option, const char *standard) {
     return option->kind == VW_OPTION_COUNT && option->least > 0 && strcmp(standard, "0") == 0;
@@ -78,6 +87,7 @@ void vw_option_sentence(const struct vw_program *program, const struct vw_option
     char range[VW_CONFIG_RANGE_BYTES], standard[300];
     vw_option_range(option, range);
     describe_default(program, option, standard, sizeof standard);
+    describe_own(option, standard, sizeof standard);
     const char *before = "default ";
     if (is_off_by_default(option, standard)) {
         before = "";

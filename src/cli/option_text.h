@@ -9,9 +9,9 @@
 
 const char *vw_option_section_title(enum vw_option_section section);
 // Returns true if the command accepts the option.
-bool vw_option_fits(const struct vw_option *option, const struct vw_command *command);
+bool vw_option_fits(const struct vw_option *option, const struct vw_program_command *command);
 // Returns true if the command requires --out.
-bool vw_command_needs_out(const struct vw_command *command);
+bool vw_command_needs_out(const struct vw_program_command *command);
 // Writes the numbers that an option accepts, for example "1 to 65536"; "" if it accepts no number.
 void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_BYTES]);
 // The names of an option's choices with the separator between; "" without choices.

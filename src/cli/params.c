@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "cli/interrupt.h"
 #include "cli/parse_options.h"
+#include "run/plan/accuracy_levels.h"
 #include "run/plan/budget.h"
 #include "viewworth/gpu.h"
 
@@ -49,22 +50,22 @@ enum vw_status vw_params_set_memory(const struct vw_options *options) {
     return vw_fail(VW_ERROR_USAGE, "--memory takes a size above 0 with its unit, as 4GB or 512MiB, not \"%s\"", text);
 }
 
-static uint32_t list_explicit_fields(const struct vw_options *options) {
-    static const struct {
-        const char *option;
-        uint32_t field;
-    } known[] = {{"rays", VW_EXPLICIT_RAYS},
-                 {"samples", VW_EXPLICIT_SAMPLES},
-                 {"importance-samples", VW_EXPLICIT_IMPORTANCE_SAMPLES},
-                 {"val-rays", VW_EXPLICIT_VAL_RAYS},
-                 {"log2-table", VW_EXPLICIT_LOG2_TABLE},
-                 {"levels", VW_EXPLICIT_LEVELS},
-                 {"width", VW_EXPLICIT_WIDTH},
-                 {"epochs", VW_EXPLICIT_EPOCHS}};
-    uint32_t fields = 0;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(known); i++)
-        if (vw_options_have(options, known[i].option)) fields |= known[i].field;
+static uint64_t list_explicit_fields(const struct vw_options *options) {
+    uint64_t fields = 0;
+    uint32_t count;
+    const struct vw_config_field *field = vw_config_fields(&count);
+    for (uint32_t i = 0; i < count; i++)
+        if (vw_options_have(options, field[i].option)) fields |= vw_config_explicit(field[i].option);
     return fields;
+}
+
+enum vw_status vw_params_take_accuracy(const struct vw_options *options, struct vw_config *config) {
+    uint32_t level = 0;
+    *config = options->config;
+    enum vw_status status = options->accuracy ? vw_accuracy_find(options->accuracy, &level) : VW_OK;
+    if (status || !options->accuracy) return status;
+    vw_accuracy_apply(level, list_explicit_fields(options), config);
+    return vw_config_check(config);
 }
 
 struct vw_payout_options vw_params_of_payout(const struct vw_options *options) {

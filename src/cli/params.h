@@ -19,6 +19,9 @@ struct vw_payout_options vw_params_of_payout(const struct vw_options *options);
 // Parses --budget; VW_ERROR_USAGE says what it takes. Without progress.
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params);
 
+// Applies --accuracy to a copy of the config, for trainings that no plan chooses. VW_ERROR_USAGE lists the levels.
+enum vw_status vw_params_take_accuracy(const struct vw_options *options, struct vw_config *config);
+
 enum { VW_DEVICE_NAME_BYTES = 256 }; // as long as a device's name can be
 
 // The devices that --devices names.

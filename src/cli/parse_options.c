@@ -92,7 +92,7 @@ static enum vw_status store(const struct vw_option *option, const char *text, st
 }
 
 // Lists the command's options for getopt, by name, and by letter (a colon follows those that need a value).
-static void list_for_getopt(const struct vw_program *program, const struct vw_command *command,
+static void list_for_getopt(const struct vw_program *program, const struct vw_program_command *command,
                             struct option list[OPTIONS_MAX + 1], char letters[2 * OPTIONS_MAX + 2]) {
     int count = 0;
     *letters++ = ':'; // a missing value has a code of its own
@@ -117,7 +117,7 @@ static uint32_t row_of(const struct vw_program *program, int code) {
 }
 
 // Returns the command's option that a slip makes of `name`, or NULL.
-static const char *nearest_option(const struct vw_program *program, const struct vw_command *command,
+static const char *nearest_option(const struct vw_program *program, const struct vw_program_command *command,
                                   const char *name) {
     const char *nearest = NULL;
     uint32_t least = UINT32_MAX;
@@ -129,8 +129,8 @@ static const char *nearest_option(const struct vw_program *program, const struct
 }
 
 // Names what getopt refused: `word`, or the short option whose letter is in optopt.
-static enum vw_status refuse(const struct vw_program *program, const struct vw_command *command, bool value_missing,
-                             const char *word) {
+static enum vw_status refuse(const struct vw_program *program, const struct vw_program_command *command,
+                             bool value_missing, const char *word) {
     if (value_missing)
         return vw_fail(VW_ERROR_USAGE, "%s: %s needs a value; see %s %s --help", command->name, word, program->name,
                        command->name);
@@ -146,7 +146,7 @@ static enum vw_status refuse(const struct vw_program *program, const struct vw_c
 
 // Refuses an option that is not written out. getopt accepts any beginning that fits only one name: a slip would set
 // another option, and a new option could change the meaning of an old command.
-static enum vw_status refuse_beginning(const struct vw_command *command, char **argv, const char *name) {
+static enum vw_status refuse_beginning(const struct vw_program_command *command, char **argv, const char *name) {
     const char *word = argv[optind - 1] == optarg ? argv[optind - 2] : argv[optind - 1];
     size_t length = strcspn(word, "=");
     if (length == strlen("--") + strlen(name)) return VW_OK;
@@ -154,7 +154,7 @@ static enum vw_status refuse_beginning(const struct vw_command *command, char **
                    name);
 }
 
-static enum vw_status parse_operands(const struct vw_command *command, int count, char **operands,
+static enum vw_status parse_operands(const struct vw_program_command *command, int count, char **operands,
                                      struct vw_options *options) {
     int wanted = command->operand ? 1 : 0;
     bool several = command->operand && strstr(command->operand, "...");
@@ -187,7 +187,7 @@ static enum vw_status apply_preset(struct vw_options *options) {
     return status;
 }
 
-static bool command_has(const struct vw_program *program, const struct vw_command *command, const char *name) {
+static bool command_has(const struct vw_program *program, const struct vw_program_command *command, const char *name) {
     for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
         const struct vw_option *option = vw_program_option(program, i);
         if (!strcmp(option->name, name) && vw_option_fits(option, command)) return true;
@@ -196,7 +196,7 @@ static bool command_has(const struct vw_program *program, const struct vw_comman
 }
 
 // Refuses an option without the one that it needs.
-static enum vw_status check_needs(const struct vw_program *program, const struct vw_command *command,
+static enum vw_status check_needs(const struct vw_program *program, const struct vw_program_command *command,
                                   const struct vw_options *options) {
     for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
         const struct vw_option *option = vw_program_option(program, i);
@@ -220,16 +220,10 @@ static enum vw_status check_texts(int argc, char **argv) {
 // Takes the defaults of the field for options that are not given.
 static void take_field_defaults(struct vw_options *options) {
     const struct vw_config of_field = vw_config_of_field(options->config.field);
-    struct vw_config *config = &options->config;
-    if (!vw_options_have(options, "rays")) config->rays = of_field.rays;
-    if (!vw_options_have(options, "epochs")) config->epochs = of_field.epochs;
-    if (!vw_options_have(options, "importance-samples")) config->importance_samples = of_field.importance_samples;
-    if (!vw_options_have(options, "val-rays")) config->val_rays = of_field.val_rays;
-    if (!vw_options_have(options, "width")) config->width = of_field.width;
-    if (!vw_options_have(options, "lr")) config->learning_rate = of_field.learning_rate;
-    if (!vw_options_have(options, "learning-rate-decay")) config->learning_rate_decay = of_field.learning_rate_decay;
-    if (!vw_options_have(options, "beta2")) config->beta2 = of_field.beta2;
-    if (!vw_options_have(options, "ssim-weight")) config->ssim_weight = of_field.ssim_weight;
+    uint32_t count;
+    const struct vw_config_field *field = vw_config_fields(&count);
+    for (uint32_t i = 0; i < count; i++)
+        if (!vw_options_have(options, field[i].option)) vw_config_copy(&of_field, &field[i], &options->config);
 }
 
 static enum vw_status take_initial(struct vw_options *options) {
@@ -241,7 +235,7 @@ static enum vw_status take_initial(struct vw_options *options) {
     return VW_OK;
 }
 
-enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_command *command, int argc,
+enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_program_command *command, int argc,
                                 char **argv, struct vw_options *options) {
     memcpy((void *)options, program->defaults, program->options_bytes);
     options->program = program;

@@ -9,7 +9,7 @@
 #include "cli/options.h"
 #include "viewworth/status.h"
 
-struct vw_command {
+struct vw_program_command {
     uint32_t group; // an index into the program's groups
     const char *name;
     const char *operand; // as help spells it; with "..." at its end one or more; NULL: none
@@ -30,7 +30,7 @@ struct vw_program {
     const char *summary;       // one line without full stop
     const char *description;   // the paragraph of its man page
     const char *const *groups; // headings of commands in help, in this order; NULL ends them
-    const struct vw_command *commands;
+    const struct vw_program_command *commands;
     uint32_t command_count;
     struct vw_option_rows tables[2];   // the second one is empty unless the program adds options
     const struct vw_options *defaults; // begins a struct of options_bytes; its config is not read

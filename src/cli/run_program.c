@@ -14,7 +14,7 @@
 #include "viewworth/log.h"
 #include "viewworth/version.h"
 
-static enum vw_status run_command(const struct vw_program *program, const struct vw_command *command, int argc,
+static enum vw_status run_command(const struct vw_program *program, const struct vw_program_command *command, int argc,
                                   char **argv, struct vw_options *options) {
     enum vw_status status = vw_options_parse(program, command, argc, argv, options);
     if (status) return status;
@@ -30,7 +30,7 @@ static enum vw_status run_command(const struct vw_program *program, const struct
 }
 
 static enum vw_status find_command(const struct vw_program *program, const char *name,
-                                   const struct vw_command **command) {
+                                   const struct vw_program_command **command) {
     const char *nearest = NULL;
     uint32_t least = UINT32_MAX;
     for (uint32_t i = 0; i < program->command_count; i++) {
@@ -43,7 +43,7 @@ static enum vw_status find_command(const struct vw_program *program, const char 
 }
 
 static enum vw_status find_and_run(const struct vw_program *program, int argc, char **argv) {
-    const struct vw_command *command = NULL;
+    const struct vw_program_command *command = NULL;
     enum vw_status status = find_command(program, argv[1], &command);
     if (status) return status;
     struct vw_options *options = vw_allocate(1, program->options_bytes);
@@ -53,7 +53,7 @@ static enum vw_status find_and_run(const struct vw_program *program, int argc, c
 }
 
 static enum vw_status help(const struct vw_program *program, const char *name) {
-    const struct vw_command *command = NULL;
+    const struct vw_program_command *command = NULL;
     enum vw_status status = name ? find_command(program, name, &command) : VW_OK;
     if (command && !status) vw_help_print_command(program, command, true);
     else if (!status) vw_help_print_program(program);

@@ -7,7 +7,7 @@
 enum command_group { EVALUATE, CORRUPT };
 
 // clang-format off
-static const struct vw_command commands[] = {
+static const struct vw_program_command commands[] = {
     {EVALUATE, "reproduce", "SCENE",
      "Value the photos with several seeds and measure how well the scores agree",
      "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "

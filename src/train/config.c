@@ -40,26 +40,6 @@ const struct vw_config vw_config_default = {
     .pilot_steps = VW_PILOT_STEPS_AUTO,
 };
 
-struct vw_config vw_config_of_field(enum vw_field field) {
-    struct vw_config config = vw_config_default;
-    config.field = field;
-    if (field == VW_FIELD_MLP) {
-        config.width = 256;
-        config.learning_rate = 5e-4;
-        config.learning_rate_decay = 1;
-    } else if (field == VW_FIELD_SPLATS) {
-        config.rays = 12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
-        config.learning_rate = 6;
-        config.learning_rate_decay = 0.01;
-        config.beta2 = 0.999;
-        config.val_rays = 4096;
-        config.ssim_weight = 0.2;
-        config.epochs = 60;
-        config.importance_samples = 0;
-    }
-    return config;
-}
-
 static const char *const field_names[] = {"hash", "mlp", "splats"};
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
@@ -84,123 +64,130 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws) {
     return varies_all(config) || config->vary == draws ? config->seed : config->base_seed;
 }
 
-// One row per number: the field, its JSON key, the option that sets it, and its range (for --help and messages too).
-enum kind {
-    WHOLE,  // uint32_t
-    POWER,  // uint32_t, a power of two
-    EIGHTS, // uint32_t, a multiple of 8
-    SEED,   // uint64_t of 63 bits, as the ledger keeps it
-    REAL,   // double
-};
-static const struct number {
-    const char *key, *option;
-    enum kind kind;
-    size_t offset;
-    double least, most;
-    bool identity; // part of what the run is
-} numbers[] = {
-    {"seed", "seed", SEED, offsetof(struct vw_config, seed), 0, 0x1p63, true}, // 2^63 itself is one too many
-    {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false},
-    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true},
-    {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
-    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
-    {"importance_samples", "importance-samples", WHOLE, offsetof(struct vw_config, importance_samples), 0, 4096, true},
-    {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
-    {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true},
-    {"ssim_weight", "ssim-weight", REAL, offsetof(struct vw_config, ssim_weight), 0.0, 1.0, true},
-    {"beta_min", "beta-min", REAL, offsetof(struct vw_config, beta_min), 0.001, 10.0, true},
-    {"consistency_weight", "consistency-weight", REAL, offsetof(struct vw_config, consistency_weight), 0.0, 1000.0,
-     true},
-    {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true},
-    {"learning_rate_decay", "learning-rate-decay", REAL, offsetof(struct vw_config, learning_rate_decay), 1e-6, 1.0,
-     true},
-    {"decay_epochs", "decay-epochs", WHOLE, offsetof(struct vw_config, decay_epochs), 0, 1e9, true},
-    {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
-    {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
-    {"mlp_depth", "mlp-depth", WHOLE, offsetof(struct vw_config, mlp_depth), 1, 16, true},
-    {"frequencies", "frequencies", WHOLE, offsetof(struct vw_config, frequencies), 0, 16, true},
-    {"levels", "levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true},
-    {"features", "features", POWER, offsetof(struct vw_config, features), 2, 4, true},
-    {"log2_table", "log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true},
-    {"base_resolution", "base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true},
-    {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
-    {"width", "width", EIGHTS, offsetof(struct vw_config, width), 16, 512, true},
-    {"splats", "splats", WHOLE, offsetof(struct vw_config, splats), 0, 1 << 20, true},
-    {"harmonics", "harmonics", WHOLE, offsetof(struct vw_config, harmonics), 0, VW_SPLAT_DEGREE_MAX, true},
-};
+enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, SPLATS = 1 << VW_FIELD_SPLATS };
+enum { SAMPLED = HASH | MLP, ALL = SAMPLED | SPLATS };
 
-// One row per choice: the field, its JSON key and the names of its values.
-static const struct choice {
-    const char *key;
-    size_t offset;
-    const char *const *names;
-    uint32_t count;
-} choices[] = {
-    {"loss", offsetof(struct vw_config, loss), loss_names, VW_ARRAY_COUNT(loss_names)},
-    {"optimizer", offsetof(struct vw_config, optimizer), optimizer_names, VW_ARRAY_COUNT(optimizer_names)},
-    {"background", offsetof(struct vw_config, background), background_names, VW_ARRAY_COUNT(background_names)},
-    {"vary", offsetof(struct vw_config, vary), vary_names, VW_ARRAY_COUNT(vary_names)},
-    {"field", offsetof(struct vw_config, field), field_names, VW_ARRAY_COUNT(field_names)},
-    {"coarse_network", offsetof(struct vw_config, coarse_network), coarse_network_names,
-     VW_ARRAY_COUNT(coarse_network_names)},
+#define NUMBER(key, option, kind, least, most, fields, ...)                                                            \
+    { #key, option, VW_CONFIG_##kind, offsetof(struct vw_config, key), fields, true, least, most, __VA_ARGS__ }
+#define CHOICE(key, option, texts)                                                                                     \
+    {                                                                                                                  \
+#key, option, VW_CONFIG_CHOICE, offsetof(struct vw_config, key), ALL, true, .names = texts,                    \
+                                                                                    .most = VW_ARRAY_COUNT(texts) - 1  \
+    }
+#define OF_MLP(value) .own[VW_FIELD_MLP] = {true, value}
+#define OF_SPLATS(value) .own[VW_FIELD_SPLATS] = {true, value}
+
+static const struct vw_config_field table[] = {
+    NUMBER(seed, "seed", SEED, 0, 0x1p63, ALL), // 2^63 itself is one too many
+    {"epochs", "epochs", VW_CONFIG_WHOLE, offsetof(struct vw_config, epochs), ALL, false, 1, 1e9, OF_SPLATS(60)},
+    NUMBER(burn_in_epochs, "burn-in", WHOLE, 0, 1e9, ALL),
+    NUMBER(rays, "rays", WHOLE, 1, 65536, ALL, OF_SPLATS(12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE)),
+    NUMBER(samples, "samples", WHOLE, 1, 4096, SAMPLED),
+    NUMBER(importance_samples, "importance-samples", WHOLE, 0, 4096, SAMPLED, OF_SPLATS(0)),
+    NUMBER(val_rays, "val-rays", WHOLE, 1, 1 << 24, ALL, OF_SPLATS(4096)),
+    NUMBER(huber_length, "huber-length", REAL, 0.001, 1, ALL),
+    NUMBER(ssim_weight, "ssim-weight", REAL, 0, 1, SPLATS, OF_SPLATS(0.2)),
+    NUMBER(beta_min, "beta-min", REAL, 0.001, 10, ALL),
+    NUMBER(consistency_weight, "consistency-weight", REAL, 0, 1000, ALL),
+    NUMBER(learning_rate, "lr", REAL, 1e-12, 1e6, ALL, OF_MLP(5e-4), OF_SPLATS(6)),
+    NUMBER(learning_rate_decay, "learning-rate-decay", REAL, 1e-6, 1, ALL, OF_MLP(1), OF_SPLATS(0.01)),
+    NUMBER(decay_epochs, "decay-epochs", WHOLE, 0, 1e9, ALL),
+    NUMBER(beta1, "beta1", REAL, 0, 0.999999, ALL),
+    NUMBER(beta2, "beta2", REAL, 0, 0.999999, ALL, OF_SPLATS(0.999)),
+    NUMBER(mlp_depth, "mlp-depth", WHOLE, 1, 16, MLP),
+    NUMBER(frequencies, "frequencies", WHOLE, 0, 16, MLP),
+    NUMBER(levels, "levels", WHOLE, 1, 16, HASH),
+    NUMBER(features, "features", POWER, 2, 4, HASH),
+    NUMBER(log2_table, "log2-table", WHOLE, 0, 22, HASH),
+    NUMBER(base_resolution, "base-resolution", WHOLE, 1, 1024, HASH),
+    NUMBER(growth, "growth", REAL, 1, 4, HASH),
+    NUMBER(width, "width", EIGHTS, 16, 512, SAMPLED, OF_MLP(256)),
+    NUMBER(splats, "splats", WHOLE, 0, 1 << 20, SPLATS),
+    NUMBER(harmonics, "harmonics", WHOLE, 0, VW_SPLAT_DEGREE_MAX, SPLATS),
+    CHOICE(loss, "loss", loss_names),
+    CHOICE(optimizer, "optimizer", optimizer_names),
+    CHOICE(background, "background", background_names),
+    CHOICE(vary, "vary", vary_names),
+    CHOICE(field, "field", field_names),
+    CHOICE(coarse_network, "coarse-network", coarse_network_names),
 };
+_Static_assert(VW_ARRAY_COUNT(table) <= 64, "vw_config_explicit() has a bit for each");
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_field) == sizeof(uint32_t),
-               "choice_at() reads enums as their underlying type");
+               "choices are read as their underlying type");
 
-static uint32_t *choice_at(struct vw_config *config, size_t i) {
-    return (uint32_t *)((char *)config + choices[i].offset);
+const struct vw_config_field *vw_config_fields(uint32_t *count) {
+    *count = VW_ARRAY_COUNT(table);
+    return table;
 }
 
-static double number_get(const struct vw_config *config, const struct number *number) {
-    const char *field = (const char *)config + number->offset;
-    switch (number->kind) {
-    case REAL: return *(const double *)field;
-    case SEED: return (double)*(const uint64_t *)field;
-    default: return *(const uint32_t *)field;
+const struct vw_config_field *vw_config_find(const char *option) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(table); i++)
+        if (!strcmp(table[i].option, option)) return &table[i];
+    return NULL;
+}
+
+uint64_t vw_config_explicit(const char *option) {
+    const struct vw_config_field *field = vw_config_find(option);
+    return field ? UINT64_C(1) << (field - table) : 0;
+}
+
+double vw_config_get(const struct vw_config *config, const struct vw_config_field *field) {
+    const char *at = (const char *)config + field->offset;
+    switch (field->kind) {
+    case VW_CONFIG_REAL: return *(const double *)at;
+    case VW_CONFIG_SEED: return (double)*(const uint64_t *)at;
+    default: return *(const uint32_t *)at;
     }
 }
 
-static bool number_fits(const struct vw_config *config, const struct number *number) {
-    double value = number_get(config, number);
-    if (number->kind == SEED) return config->seed <= INT64_MAX; // which a double cannot tell from 2^63
-    if (number->kind == POWER && ((uint32_t)value & ((uint32_t)value - 1)) != 0) return false;
-    if (number->kind == EIGHTS && (uint32_t)value % 8 != 0) return false;
-    return value >= number->least && value <= number->most;
+// Sets any number but a seed, which a double does not hold.
+static void set(struct vw_config *config, const struct vw_config_field *field, double value) {
+    char *at = (char *)config + field->offset;
+    if (field->kind == VW_CONFIG_REAL) *(double *)at = value;
+    else *(uint32_t *)at = (uint32_t)value;
 }
 
-static void number_range(const struct number *number, char text[VW_CONFIG_RANGE_BYTES]) {
-    const char *gaps = number->kind == POWER ? "a power of two, " : number->kind == EIGHTS ? "a multiple of 8, " : "";
-    if (number->kind == SEED) snprintf(text, VW_CONFIG_RANGE_BYTES, "0 to %" PRId64, INT64_MAX);
-    else snprintf(text, VW_CONFIG_RANGE_BYTES, "%s%.10g to %.10g", gaps, number->least, number->most);
+void vw_config_copy(const struct vw_config *from, const struct vw_config_field *field, struct vw_config *to) {
+    if (field->kind == VW_CONFIG_SEED) to->seed = from->seed;
+    else set(to, field, vw_config_get(from, field));
 }
 
-bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) {
-        if (strcmp(numbers[i].option, option) != 0) continue;
-        number_range(&numbers[i], text);
-        return true;
-    }
-    return false;
+struct vw_config vw_config_of_field(enum vw_field of) {
+    struct vw_config config = vw_config_default;
+    config.field = of;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(table); i++)
+        if (table[i].own[of].differs) set(&config, &table[i], table[i].own[of].value);
+    return config;
 }
 
-static enum vw_status check_splats(const struct vw_config *config) {
-    uint32_t square = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
-    if (config->field != VW_FIELD_SPLATS && config->initial[0])
-        return vw_fail(VW_ERROR_USAGE, "--initial: needs --field splats");
-    if (config->field != VW_FIELD_SPLATS && config->ssim_weight != 0.0)
-        return vw_fail(VW_ERROR_USAGE, "--ssim-weight: needs --field splats, not %s; leave it out",
-                       vw_field_name(config->field));
-    if (config->field != VW_FIELD_SPLATS)
-        return config->splats || config->harmonics != vw_config_default.harmonics
-                   ? vw_fail(VW_ERROR_USAGE, "--splats and --harmonics: need --field splats")
-                   : VW_OK;
-    if (config->rays % square != 0)
-        return vw_fail(VW_ERROR_USAGE, "--rays: a multiple of %u with --field splats, not %u", square, config->rays);
-    if (config->importance_samples || config->samples != vw_config_default.samples)
-        return vw_fail(VW_ERROR_USAGE, "--samples and --importance-samples: splats have no samples; leave them out");
-    if (config->width != vw_config_default.width)
-        return vw_fail(VW_ERROR_USAGE, "--width: splats have no layers; leave it out");
-    return VW_OK;
+static bool fits(const struct vw_config *config, const struct vw_config_field *field) {
+    double value = vw_config_get(config, field);
+    if (field->kind == VW_CONFIG_SEED) return config->seed <= INT64_MAX; // which a double cannot tell from 2^63
+    if (field->kind == VW_CONFIG_POWER && ((uint32_t)value & ((uint32_t)value - 1)) != 0) return false;
+    if (field->kind == VW_CONFIG_EIGHTS && (uint32_t)value % 8 != 0) return false;
+    return value >= field->least && value <= field->most;
+}
+
+void vw_config_describe_range(const struct vw_config_field *field, char text[VW_CONFIG_RANGE_BYTES]) {
+    const char *gaps = field->kind == VW_CONFIG_POWER    ? "a power of two, "
+                       : field->kind == VW_CONFIG_EIGHTS ? "a multiple of 8, "
+                                                         : "";
+    if (field->kind == VW_CONFIG_CHOICE) text[0] = 0;
+    else if (field->kind == VW_CONFIG_SEED) snprintf(text, VW_CONFIG_RANGE_BYTES, "0 to %" PRId64, INT64_MAX);
+    else snprintf(text, VW_CONFIG_RANGE_BYTES, "%s%.10g to %.10g", gaps, field->least, field->most);
+}
+
+// Refuses a value that only other values of --field have.
+static enum vw_status check_has(const struct vw_config *config, const struct vw_config *defaults,
+                                const struct vw_config_field *field) {
+    if (field->fields >> config->field & 1 || vw_config_get(config, field) == vw_config_get(defaults, field))
+        return VW_OK;
+    char names[32] = "";
+    for (uint32_t i = 0; i < VW_FIELD_COUNT; i++)
+        if (field->fields >> i & 1)
+            snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", *names ? " or " : "", field_names[i]);
+    return vw_fail(VW_ERROR_USAGE, "--%s: needs --field %s, not %s; leave it out", field->option, names,
+                   field_names[config->field]);
 }
 
 // Checks what a table of ranges cannot say: numbers that depend on each other.
@@ -224,16 +211,6 @@ static enum vw_status check_together(const struct vw_config *config) {
                        finest);
     if (config->field == VW_FIELD_HASH && config->width != 16 && config->width != 32 && config->width != 64)
         return vw_fail(VW_ERROR_USAGE, "--width: 16, 32 or 64 with --field hash, not %u", config->width);
-    if (config->field != VW_FIELD_MLP &&
-        (config->mlp_depth != vw_config_default.mlp_depth || config->frequencies != vw_config_default.frequencies))
-        return vw_fail(VW_ERROR_USAGE, "--mlp-depth and --frequencies: need --field mlp");
-    const struct vw_config *grid = &vw_config_default;
-    if (config->field != VW_FIELD_HASH &&
-        (config->levels != grid->levels || config->features != grid->features ||
-         config->log2_table != grid->log2_table || config->base_resolution != grid->base_resolution ||
-         config->growth != grid->growth))
-        return vw_fail(VW_ERROR_USAGE, "--levels, --features, --log2-table, --base-resolution and --growth: "
-                                       "need --field hash");
     if (config->coarse_network == VW_COARSE_NETWORK_OWN && config->field != VW_FIELD_MLP)
         return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not %s; use --coarse-network shared",
                        vw_field_name(config->field));
@@ -247,24 +224,36 @@ static enum vw_status check_together(const struct vw_config *config) {
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)
         return vw_fail(VW_ERROR_USAGE, "--pilot-steps takes 0 to %d, not %" PRIu32, VW_PILOT_STEPS_MOST,
                        config->pilot_steps);
-    return check_splats(config);
+    uint32_t square = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
+    if (config->field == VW_FIELD_SPLATS && config->rays % square != 0)
+        return vw_fail(VW_ERROR_USAGE, "--rays: a multiple of %u with --field splats, not %u", square, config->rays);
+    if (config->field != VW_FIELD_SPLATS && config->initial[0])
+        return vw_fail(VW_ERROR_USAGE, "--initial: needs --field splats");
+    return VW_OK;
 }
 
 enum vw_status vw_config_check(const struct vw_config *config) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) {
-        if (number_fits(config, &numbers[i])) continue;
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(table); i++) {
+        if (fits(config, &table[i])) continue;
         char range[VW_CONFIG_RANGE_BYTES];
-        number_range(&numbers[i], range);
-        return vw_fail(VW_ERROR_USAGE, "--%s takes %s, not %.10g", numbers[i].option, range,
-                       number_get(config, &numbers[i]));
+        vw_config_describe_range(&table[i], range);
+        return vw_fail(VW_ERROR_USAGE, "--%s takes %s, not %.10g", table[i].option, range,
+                       vw_config_get(config, &table[i]));
     }
-    return check_together(config);
+    const struct vw_config defaults = vw_config_of_field(config->field);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(table) && !status; i++) status = check_has(config, &defaults, &table[i]);
+    return status ? status : check_together(config);
 }
 
-static json_t *number_to_json(const struct vw_config *config, const struct number *number) {
-    if (number->kind == REAL) return json_real(number_get(config, number));
-    if (number->kind == SEED) return json_integer((json_int_t)config->seed);
-    return json_integer((json_int_t)number_get(config, number));
+static json_t *field_to_json(const struct vw_config *config, const struct vw_config_field *field) {
+    double value = vw_config_get(config, field);
+    switch (field->kind) {
+    case VW_CONFIG_CHOICE: return json_string(field->names[(uint32_t)value]);
+    case VW_CONFIG_REAL: return json_real(value);
+    case VW_CONFIG_SEED: return json_integer((json_int_t)config->seed);
+    default: return json_integer((json_int_t)value);
+    }
 }
 
 bool vw_config_rate_is_constant(const struct vw_config *config) { return config->learning_rate_decay == 1.0; }
@@ -283,15 +272,6 @@ void vw_config_set_epochs(struct vw_config *config, uint32_t epochs) {
     config->epochs = epochs;
 }
 
-// Returns whether memory was short.
-static int choices_to_json(const struct vw_config *config, json_t *object) {
-    int failed = 0;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(choices) && !failed; i++)
-        failed = json_object_set_new(object, choices[i].key,
-                                     json_string(choices[i].names[*choice_at((struct vw_config *)config, i)]));
-    return failed;
-}
-
 // Adds the file that splats begin from: its hash is part of the identity, its path is not. Returns whether memory was
 // short.
 static int initial_to_json(const struct vw_config *config, bool identity_only, json_t *object) {
@@ -305,10 +285,9 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     struct vw_config written = *config;
     int failed = !object;
     if (identity_only) written.decay_epochs = settled_decay(config);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !failed; i++)
-        if (!identity_only || numbers[i].identity)
-            failed = json_object_set_new(object, numbers[i].key, number_to_json(&written, &numbers[i]));
-    failed = failed || choices_to_json(config, object);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(table) && !failed; i++)
+        if (!identity_only || table[i].identity)
+            failed = json_object_set_new(object, table[i].key, field_to_json(&written, &table[i]));
     failed = failed || initial_to_json(config, identity_only, object);
     failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
     bool automatic = config->pilot_steps == VW_PILOT_STEPS_AUTO;
@@ -324,24 +303,25 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     return text;
 }
 
-static enum vw_status choice_from_json(const json_t *object, size_t i, struct vw_config *config) {
-    const struct choice *choice = &choices[i];
-    const char *name = json_string_value(json_object_get(object, choice->key));
-    for (uint32_t value = 0; name && value < choice->count; value++) {
-        if (strcmp(name, choice->names[value]) != 0) continue;
-        *choice_at(config, i) = value;
+static enum vw_status choice_from_json(const json_t *value, const struct vw_config_field *field,
+                                       struct vw_config *config) {
+    const char *name = json_string_value(value);
+    for (uint32_t i = 0; name && i <= (uint32_t)field->most; i++) {
+        if (strcmp(name, field->names[i]) != 0) continue;
+        set(config, field, i);
         return VW_OK;
     }
-    return vw_fail(VW_ERROR_INPUT, "config: %s: \"%s\" is not known", choice->key, name ? name : "(none)");
+    return vw_fail(VW_ERROR_INPUT, "config: %s: \"%s\" is not known", field->key, name ? name : "(none)");
 }
 
-static enum vw_status number_from_json(const json_t *object, const struct number *number, struct vw_config *config) {
-    const json_t *value = json_object_get(object, number->key);
-    char *field = (char *)config + number->offset;
-    if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or not a number", number->key);
-    if (number->kind == REAL) *(double *)field = json_number_value(value);
-    else if (number->kind == SEED) *(uint64_t *)field = (uint64_t)json_integer_value(value);
-    else *(uint32_t *)field = (uint32_t)json_integer_value(value);
+static enum vw_status field_from_json(const json_t *object, const struct vw_config_field *field,
+                                      struct vw_config *config) {
+    const json_t *value = json_object_get(object, field->key);
+    if (field->kind == VW_CONFIG_CHOICE) return choice_from_json(value, field, config);
+    if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or not a number", field->key);
+    if (field->kind == VW_CONFIG_SEED) config->seed = (uint64_t)json_integer_value(value);
+    else if (field->kind == VW_CONFIG_REAL) set(config, field, json_number_value(value));
+    else set(config, field, (uint32_t)json_integer_value(value));
     return VW_OK;
 }
 
@@ -379,9 +359,7 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !status; i++)
-        status = number_from_json(object, &numbers[i], &parsed);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(choices) && !status; i++) status = choice_from_json(object, i, &parsed);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(table) && !status; i++) status = field_from_json(object, &table[i], &parsed);
     if (!status) status = rest_from_json(object, &parsed);
     if (!status) status = initial_from_json(object, &parsed);
     json_decref(object);

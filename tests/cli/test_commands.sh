@@ -40,6 +40,10 @@ for command in compare tradeoff; do
     check "and does not ask for --resume" test "$(grep -c 'unless --resume' "$folder/stdout")" = 0
 done
 check "select --help says that rules train nothing" helps '--quick, --rule and --method train nothing' select
+check "what is trained is among them" helps ' --field hash' value
+check "--to of select does not speak of pages" not helps 'page of report' select
+check "compare has --accuracy, of known levels" fails 2 '"sketch" is not one of draft' "$program" compare "$scene" --list all \
+    --accuracy sketch --out "$folder/sketch"
 check "help shows the options that most people need" not helps ' --rays N ' value
 check "and says where the others are" helps 'help value lists all options \([0-9]+ more\)' value
 check "help fits a terminal of 80 columns" test "$("$program" help value | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80

@@ -235,7 +235,8 @@ check "dropping all is refused" refuses 'all 12 photos' select "$run" --rule dro
 check "a folder without a ledger is refused" refuses 'ledger\.db' select "$folder/elsewhere" --rule positive --to "$list"
 check "a run without scores is refused" refuses 'no scores; value the photos first' \
     select "$folder/single.again" --rule positive --to "$list"
-check "a place that is not there is a failure" fails 1 'no/such' "$program" select "$run" --rule top:3 --to "$folder/no/such/list.txt" --quiet
+check "a place that is not there is a failure" fails 1 'no/such' \
+    "$program" select "$run" --rule top:3 --to "$folder/no/such/list.txt" --quiet
 
 # ---- A ledger from elsewhere ------------------------------------------------------------------------------------------------
 

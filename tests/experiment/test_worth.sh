@@ -136,7 +136,8 @@ check "a report that a kill left out is made by the same command" eval 'run wort
 
 # ---- In one command ------------------------------------------------------------------------------------------------------
 
-check "value --retrainings" prints '^payout of 10.00 by ' value whole --providers "$folder/providers.csv" --retrainings 24 --payout 10 --pay-anyway \
+check "value --retrainings" prints '^payout of 10.00 by ' value whole --providers "$folder/providers.csv" \
+    --retrainings 24 --payout 10 --pay-anyway \
     --payout-floor equal
 check "makes the same retrainings" test "$(retrained whole)" = "$(retrained steps)"
 check "and pays by them" test "$(grep -c ',worth_psnr,' "$folder/whole/payout.csv")" = 3

@@ -16,7 +16,8 @@
 
 // Checks the job's words before any job begins.
 static enum vw_status check_job(const struct vw_program *program, const struct vw_job *job) {
-    static const struct vw_command value = {.name = "value", .operand = "SCENE", .options = VW_OPTIONS_OF_VALUE};
+    static const struct vw_program_command value = {
+        .name = "value", .operand = "SCENE", .options = VW_OPTIONS_OF_VALUE};
     struct vw_options options;
     char out[] = "--out=NAME", **words = vw_job_list_words(job, (char *[]){out, NULL});
     if (!words) return VW_ERROR_MEMORY;

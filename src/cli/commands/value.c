@@ -42,8 +42,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {
-    static const char *const single[] = {"budget",  "accuracy", "until-stable", "payout",
-                                         "profile", "lasting",  "retrainings"};
+    static const char *const single[] = {"budget", "until-stable", "payout", "profile", "lasting", "retrainings"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(single); i++)
         if (vw_options_have(options, single[i]))
             return vw_fail(VW_ERROR_USAGE, "--%s is for a single training; leave it out with --kfold", single[i]);
@@ -52,12 +51,15 @@ static enum vw_status check_kfold(const struct vw_options *options) {
 
 static enum vw_status make_folds(const struct vw_options *options) {
     struct vw_device_list devices;
+    struct vw_config config;
     enum vw_status status = check_kfold(options);
     if (!status) status = vw_device_list_read(options, &devices);
+    if (!status) status = vw_params_take_accuracy(options, &config);
     if (status) return status;
     struct vw_progress progress = {0};
-    const struct vw_kfold_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
-                                           .folds = options->kfold};
+    struct vw_kfold_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
+                                     .folds = options->kfold};
+    params.common.config = &config;
     struct vw_kfold kfold;
     status = vw_kfold_make(&params, &kfold);
     vw_progress_end(&progress);

@@ -8,8 +8,6 @@
 #include "run/recorded/replayed_run.h"
 #include "run/run.h"
 
-enum { ALL_EXPLICIT = (VW_EXPLICIT_EPOCHS << 1) - 1 };
-
 static enum vw_status run_backward(const struct vw_run_params *params, const struct vw_recorded_run *recorded) {
     json_t *texts = NULL;
     struct vw_run *run = NULL;
@@ -17,7 +15,7 @@ static enum vw_status run_backward(const struct vw_run_params *params, const str
     of_run.config = &recorded->config;
     if (!of_run.device) of_run.device = recorded->row.device;
     of_run.resume = true;
-    of_run.explicit_fields = ALL_EXPLICIT;
+    of_run.explicit_fields = UINT64_MAX;
     enum vw_status status = vw_scene_options_from_json(recorded->row.scene_options_json, &texts, &of_run.scene);
     if (status) return status;
     of_run.scene.path = recorded->row.scene_path;

@@ -7,27 +7,10 @@
 #include "base/memory.h"
 #include "viewworth/run.h"
 
-// The parts of a level: the option of that name, the bit of vw_run_params.explicit_fields, the place in the config, and
-// the fields that have it.
+// The parts of a level, by their options.
 enum part { RAYS, SAMPLES, PLACED, VAL_RAYS, LOG2_TABLE, LEVELS, WIDTH, EPOCHS, PART_COUNT };
-enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, SPLATS = 1 << VW_FIELD_SPLATS };
-static const struct {
-    const char *option;
-    uint32_t bit;
-    size_t offset;
-    uint32_t fields;
-} parts[PART_COUNT] = {
-#define PART(option, bit, name, fields)                                                                                \
-    { option, bit, offsetof(struct vw_config, name), fields }
-    [RAYS] = PART("rays", VW_EXPLICIT_RAYS, rays, HASH | MLP | SPLATS),
-    [SAMPLES] = PART("samples", VW_EXPLICIT_SAMPLES, samples, HASH | MLP),
-    [PLACED] = PART("importance-samples", VW_EXPLICIT_IMPORTANCE_SAMPLES, importance_samples, HASH | MLP),
-    [VAL_RAYS] = PART("val-rays", VW_EXPLICIT_VAL_RAYS, val_rays, HASH | MLP | SPLATS),
-    [LOG2_TABLE] = PART("log2-table", VW_EXPLICIT_LOG2_TABLE, log2_table, HASH),
-    [LEVELS] = PART("levels", VW_EXPLICIT_LEVELS, levels, HASH),
-    [WIDTH] = PART("width", VW_EXPLICIT_WIDTH, width, HASH),
-    [EPOCHS] = PART("epochs", VW_EXPLICIT_EPOCHS, epochs, HASH | MLP | SPLATS),
-};
+static const char *const parts[PART_COUNT] = {
+    "rays", "samples", "importance-samples", "val-rays", "log2-table", "levels", "width", "epochs"};
 
 struct vw_accuracy_level {
     struct vw_accuracy_about about;
@@ -57,22 +40,29 @@ enum vw_status vw_accuracy_find(const char *name, uint32_t *level) {
 }
 
 static uint32_t *part_at(const struct vw_config *config, enum part part) {
-    return (uint32_t *)((char *)config + parts[part].offset);
+    return (uint32_t *)((char *)config + vw_config_find(parts[part])->offset);
 }
 
-static bool has(const struct vw_config *config, enum part part) { return parts[part].fields & 1u << config->field; }
+// Returns whether a level sets it for the config's field. NeRF's network is as wide at every level.
+static bool has(const struct vw_config *config, enum part part) {
+    return vw_config_find(parts[part])->fields >> config->field & 1 && (part != WIDTH || config->field != VW_FIELD_MLP);
+}
 
-void vw_accuracy_apply(uint32_t level, uint32_t explicit_fields, struct vw_config *config) {
+static bool is_free(uint64_t explicit_fields, enum part part) {
+    return !(explicit_fields & vw_config_explicit(parts[part]));
+}
+
+void vw_accuracy_apply(uint32_t level, uint64_t explicit_fields, struct vw_config *config) {
     const uint32_t *values = config->field == VW_FIELD_SPLATS ? levels[level].splats : levels[level].volume;
     const struct vw_config defaults = vw_config_of_field(config->field);
     for (enum part part = 0; part < PART_COUNT; part++)
-        if (!(explicit_fields & parts[part].bit) && has(config, part))
+        if (is_free(explicit_fields, part) && has(config, part))
             *part_at(config, part) = values[RAYS] ? values[part] : *part_at(&defaults, part);
 }
 
-void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, struct vw_config *config) {
+void vw_accuracy_copy(const struct vw_config *from, uint64_t explicit_fields, struct vw_config *config) {
     for (enum part part = 0; part < PART_COUNT; part++)
-        if (!(explicit_fields & parts[part].bit)) *part_at(config, part) = *part_at(from, part);
+        if (is_free(explicit_fields, part)) *part_at(config, part) = *part_at(from, part);
 }
 
 // Estimates the work of a training; a train ray counts three times, since it goes back as well. A pixel of splats
@@ -101,7 +91,7 @@ void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_T
     for (enum part part = 0; part < PART_COUNT; part++)
         if (has(config, part))
             used += (size_t)snprintf(text + used, VW_ACCURACY_TEXT_BYTES - used, "%s--%s %u", used ? " " : "",
-                                     parts[part].option, *part_at(config, part));
+                                     parts[part], *part_at(config, part));
     if (config->decay_epochs && config->decay_epochs != config->epochs)
         snprintf(text + used, VW_ACCURACY_TEXT_BYTES - used, " --decay-epochs %u", config->decay_epochs);
 }

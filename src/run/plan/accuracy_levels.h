@@ -18,11 +18,11 @@ struct vw_accuracy_about {
 uint32_t vw_accuracy_level_count(void);
 const struct vw_accuracy_about *vw_accuracy_level_about(uint32_t level);
 enum vw_status vw_accuracy_find(const char *name, uint32_t *level); // VW_ERROR_USAGE lists the names
-// Sets what a level sets for the config's field, except for explicit fields (VW_EXPLICIT_*), and leaves the rest of the
-// config alone. "standard" sets what vw_config_of_field() has.
-void vw_accuracy_apply(uint32_t level, uint32_t explicit_fields, struct vw_config *config);
+// Sets what a level sets for the config's field, except for explicit fields (vw_config_explicit()), and leaves the rest
+// of the config alone. "standard" sets what vw_config_of_field() has.
+void vw_accuracy_apply(uint32_t level, uint64_t explicit_fields, struct vw_config *config);
 // Sets the same to the values of another config.
-void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, struct vw_config *config);
+void vw_accuracy_copy(const struct vw_config *from, uint64_t explicit_fields, struct vw_config *config);
 // Returns how many times as long the most expensive level would train as the config does, by their rays, samples and
 // epochs; at most 1 if the config costs as much.
 double vw_accuracy_most_against(const struct vw_config *config);

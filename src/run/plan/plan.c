@@ -194,7 +194,7 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
     enum vw_status status = VW_OK;
     if (params->accuracy) status = vw_accuracy_find(params->accuracy, &choice.first);
     else choice.count = vw_accuracy_level_count();
-    plan->epochs_most = params->explicit_fields & VW_EXPLICIT_EPOCHS ? config->epochs : EPOCHS_MOST;
+    plan->epochs_most = params->explicit_fields & vw_config_explicit("epochs") ? config->epochs : EPOCHS_MOST;
     if (!status) status = vw_check_scored_epochs(plan->epochs_most, config->burn_in_epochs);
     if (!status) status = vw_session_open(&of_session, session);
     if (!status) status = vw_session_decide_effects(config, session);
@@ -233,7 +233,7 @@ static enum vw_status take_recorded_config(const struct vw_run_params *params, c
 
 // Epochs without a budget say how long the run is to be, whatever the time; with a budget, how long at most.
 static void continue_plan(const struct vw_run_params *params, uint64_t recorded_steps, struct vw_plan *plan) {
-    bool explicit_epochs = params->explicit_fields & VW_EXPLICIT_EPOCHS;
+    bool explicit_epochs = params->explicit_fields & vw_config_explicit("epochs");
     uint32_t epochs = params->config ? params->config->epochs : vw_config_default.epochs;
     plan->spent_s = (double)recorded_steps * plan->step_s;
     if (explicit_epochs && params->budget_s > 0) plan->epochs_most = epochs;
