@@ -34,11 +34,13 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     vw_progress_end(&progress);
     if (!status) status = vw_run_finish(run);
     if (!status && !(options->retrainings && options->json)) status = vw_run_print(run, train_only, options->json);
-    if (!status) vw_answer_begin(run, options->out, &answer);
+    if (!status) status = vw_answer_begin(run, options->out, &answer);
     if (!status && !steps_before) answer.training_s = took_s;
     vw_run_close(&run);
-    if (!status && options->retrainings) status = vw_worth_of_run(options, options->out, options->retrainings);
-    return status || train_only || options->json ? status : vw_answer_print(&answer);
+    if (!status && options->retrainings) status = vw_worth_of_run(options, options->out, options->retrainings, &answer);
+    if (!status && !train_only && !options->json) vw_answer_print(&answer);
+    vw_answer_free(&answer);
+    return status;
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {

@@ -49,5 +49,5 @@ enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out
 
 enum vw_status vw_command_worth(const struct vw_options *options) {
     enum vw_status status = check_number(options);
-    return status ? status : vw_worth_of_run(options, options->operand, options->retrainings);
+    return status ? status : vw_worth_of_run(options, options->operand, options->retrainings, NULL);
 }
