@@ -138,11 +138,11 @@ static const struct vw_program_command commands[] = {
      "with the files; "
      "compares field.vwf with its hash. Prints a table of what was checked, and by what. Writes nothing.\n"
      "Compares every file that SHA256SUMS lists, and the chain head in it with the ledger's, and names the files in "
-     "OUT that are not listed. Names checkpoints and other files that commands go on from, if the ledger does not have "
-     "their hashes: these are not used.\n"
+     "OUT that are not listed.\n"
      "A stranger can rewrite a ledger, its files and SHA256SUMS so that they fit together. A signature of SHA256SUMS "
-     "(ssh-keygen -Y sign, minisign) detects that, --expect HEAD detects it if the chain head was noted elsewhere, and "
-     "--replay N trains the first N steps again, with the scene. " NEEDS_SCENE_FOLDER,
+     "(ssh-keygen -Y sign, minisign) detects that, and --expect HEAD if the chain head was noted elsewhere. With "
+     "the scene, --replay N|all trains steps again, --retrainings N|all makes retrainings of worth again, and "
+     "--lasting the backward pass of lasting credit; every bit must be the recorded one. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
 
     {COMPARE, "compare", "SCENE", "Compare sets of photos by the reconstructions that they give",

@@ -2,9 +2,7 @@
 // - run, image, step, view, score: their columns stay, and new ones are appended;
 // - retraining(run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
 //   numbered from 0; image_ids is a list with single spaces between.
-// - kept(run_id, name, sha256, previous_sha256): the files in OUT that a later command goes on from, by the SHA-256 of
-//   the present one and of the one before it. name is that of the file, or "retrainings.db/ID" for a retraining of that
-//   file (src/ledger/retraining_store.h), or "payout" for what a payout was asked with (src/run/outputs/attribution.h).
+// - payout_request(run_id, cents, floor_equal, anyway): what the payout in OUT was asked for; none without one.
 //
 // The tables of lasting credit (value.h), empty in a run without it:
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the pass;
@@ -23,7 +21,7 @@
 // - run.final_hash: the last row_hash (that of the run itself while status is "running"), scene_path, config_json,
 //   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, all score rows in
 //   the order of their rowids, which is the order of the methods, and all retraining rows; then the row of lasting, if
-//   there is one, and all rows of kept;
+//   there is one, and that of payout_request;
 // - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step, of
 //   lasting_check and of lasting_view.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
@@ -126,6 +124,12 @@ struct vw_ledger_retraining {
     double val_psnr; // dB, mean over the ends of the last epochs; NaN: NULL in the ledger, it has no value
 };
 
+// A payout that is asked for.
+struct vw_payout_request {
+    uint64_t cents; // 0: none
+    bool floor_equal, anyway;
+};
+
 // Creates the file `path`. VW_ERROR_USAGE if it exists.
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
                                 uint32_t image_count, struct vw_ledger **ledger);
@@ -157,14 +161,9 @@ enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_l
 enum vw_status vw_ledger_add_retrainings(struct vw_ledger *ledger, const struct vw_ledger_retraining *retrainings,
                                          uint32_t count, const struct vw_ledger_score *scores, uint32_t score_count);
 
-// Records that the file `name` in OUT is to have this SHA-256 (64 hex digits), as one synced transaction; scores and
-// state stay. Called before the file takes its place, so that after a kill between the two the file that is still there
-// is believed: the hash that was recorded before stays beside the new one.
-enum vw_status vw_ledger_keep(struct vw_ledger *ledger, const char *name, const char *sha256);
-// Returns whether the hash is one of these two. A file of another hash was not left by this run, and is not to be used.
-enum vw_status vw_ledger_is_kept(struct vw_ledger *ledger, const char *name, const char *sha256, bool *kept);
-// Reads the present one of the two; "" where there is none.
-enum vw_status vw_ledger_get_kept(struct vw_ledger *ledger, const char *name, char sha256[VW_HASH_HEX_BYTES]);
+// Replaces what a payout was asked for, as one synced transaction; scores and state stay. No cents: there is none.
+enum vw_status vw_ledger_set_payout_request(struct vw_ledger *ledger, const struct vw_payout_request *request);
+enum vw_status vw_ledger_get_payout_request(struct vw_ledger *ledger, struct vw_payout_request *request);
 
 // Names the SHA-256 (64 hex digits) of the field file that the run ends with. vw_ledger_finish writes it, and an append
 // forgets it.
@@ -177,8 +176,6 @@ uint64_t vw_ledger_next_step(const struct vw_ledger *ledger); // the step that t
 // Writes the chain head, which covers everything in the ledger: final_hash after the run has ended, before that the
 // last row_hash.
 void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]);
-// Writes the SHA-256 of the file: of the bytes that this object reads, whatever replaces them meanwhile.
-enum vw_status vw_ledger_hash_file(struct vw_ledger *ledger, char sha256[VW_HASH_HEX_BYTES]);
 // Compares repeated steps with the recorded ones, bit for bit. records[0].step + count must be at most
 // vw_ledger_next_step. VW_ERROR_MISMATCH names the first step that differs.
 enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,

@@ -15,23 +15,18 @@
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// Checks the kind before opening, since opening a pipe may wait for ever and opening a device may have effects, and
-// again after it, since the file may have been exchanged meanwhile.
+// Checks the kind before opening, since opening a pipe may wait for ever and opening a device may have effects.
 enum vw_status vw_file_open(const char *path, int *descriptor) {
     struct stat info;
-    int opened = -1, cause = stat(path, &info) ? errno : 0;
-    if (!cause && S_ISREG(info.st_mode)) {
-        opened = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-        if (opened < 0 || fstat(opened, &info)) cause = errno;
-    }
-    if (!cause && S_ISREG(info.st_mode)) {
-        *descriptor = opened;
-        return VW_OK;
-    }
-    if (opened >= 0) close(opened);
-    if (!cause)
+    bool found = !stat(path, &info);
+    if (found && !S_ISREG(info.st_mode))
         return vw_fail(VW_ERROR_INPUT, "%s: is a folder, a pipe or a device; give the path of a plain file", path);
-    return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path, strerror(cause));
+    int opened = found ? open(path, O_RDONLY | O_CLOEXEC) : -1;
+    if (opened < 0)
+        return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path,
+                       strerror(errno));
+    *descriptor = opened;
+    return VW_OK;
 }
 
 static enum vw_status fail_size(const char *path, size_t limit_bytes) {
@@ -185,6 +180,17 @@ enum vw_status vw_file_write_private(const char *path, const void *data, size_t 
 
 enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes) {
     return write_file(path, data, size_bytes, (struct target){0666, false});
+}
+
+enum vw_status vw_file_remove(const char *folder, const char *name) {
+    char *path = vw_path_join(folder, name);
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    if (unlink(path) && errno != ENOENT)
+        status =
+            vw_fail(VW_ERROR_IO, "%s: cannot remove: %s; remove it, and repeat the command", path, strerror(errno));
+    free(path);
+    return status;
 }
 
 void vw_folder_remove_leftovers(const char *path) {

@@ -32,6 +32,8 @@ enum vw_status vw_file_create(const char *path, const void *data, size_t size_by
 // Opens a new file without a name in a folder, to be written and read; the caller closes it, which also removes it.
 // Where the file system has no such files it has a name for a moment. -1 with errno.
 int vw_file_open_unnamed(const char *folder);
+// Removes a file, or a link of that name; a name that nothing has is fine. VW_ERROR_IO.
+enum vw_status vw_file_remove(const char *folder, const char *name);
 // Removes temporary files of the functions above that a killed program has left in a folder. Only while no other
 // program writes there.
 void vw_folder_remove_leftovers(const char *path);

@@ -19,27 +19,6 @@ void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES])
     crypto_hash_sha256(hash, data, size_bytes);
 }
 
-// Reads the body once.
-static void hash_sealed(const uint8_t *data, size_t body_bytes, uint8_t body[VW_HASH_BYTES], const uint8_t *seal,
-                        uint8_t whole[VW_HASH_BYTES]) {
-    crypto_hash_sha256_state state, of_body;
-    crypto_hash_sha256_init(&state);
-    crypto_hash_sha256_update(&state, data, body_bytes);
-    of_body = state;
-    crypto_hash_sha256_final(&of_body, body);
-    crypto_hash_sha256_update(&state, seal, VW_HASH_BYTES);
-    crypto_hash_sha256_final(&state, whole);
-}
-
-void vw_sha256_seal(uint8_t *data, size_t body_bytes, uint8_t whole[VW_HASH_BYTES]) {
-    hash_sealed(data, body_bytes, data + body_bytes, data + body_bytes, whole);
-}
-
-void vw_sha256_sealed(const uint8_t *data, size_t body_bytes, uint8_t body[VW_HASH_BYTES],
-                      uint8_t whole[VW_HASH_BYTES]) {
-    hash_sealed(data, body_bytes, body, data + body_bytes, whole);
-}
-
 enum vw_status vw_sha256_descriptor(int descriptor, const char *path, uint8_t hash[VW_HASH_BYTES]) {
     crypto_hash_sha256_state state;
     crypto_hash_sha256_init(&state);

@@ -13,13 +13,6 @@ enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]);
 // Hashes an opened file, whose position does not change. `path` is for messages.
 enum vw_status vw_sha256_descriptor(int descriptor, const char *path, uint8_t hash[VW_HASH_BYTES]);
 void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES]);
-// Hashes the first `body_bytes`, appends that hash to them, where `data` has room for it, and returns in `whole` the
-// hash of both together.
-void vw_sha256_seal(uint8_t *data, size_t body_bytes, uint8_t whole[VW_HASH_BYTES]);
-// Hashes data that end with such a hash: `body` without it and `whole` with it.
-void vw_sha256_sealed(const uint8_t *data, size_t body_bytes, uint8_t body[VW_HASH_BYTES],
-                      uint8_t whole[VW_HASH_BYTES]);
-
 // An incremental BLAKE2b-256. Values are added with a type tag and in little-endian order, texts with their length, so
 // that different sequences give different bytes.
 struct vw_hasher {

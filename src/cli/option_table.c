@@ -255,8 +255,8 @@ const struct vw_option vw_option_table[] = {
     // More scores.
     {"lasting", NULL,
      "Also compute lasting credit by a backward pass through the finished training: what the steps on a photo leave at "
-     "its end (scores lasting_psnr and lasting_loss)",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_SCORES, OPTION(FLAG, lasting.wanted), COMMON},
+     "its end (scores lasting_psnr and lasting_loss); verify makes the recorded pass again and compares every bit",
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_VERIFY, VW_SECTION_SCORES, OPTION(FLAG, lasting.wanted), COMMON},
     {"lasting-matrix", NULL,
      "Also compute lasting credit for the PSNR of each validation photo: matrix.csv has it, and select also "
      "tries lists by it. Each validation photo adds up to half the time of a backward pass",

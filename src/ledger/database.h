@@ -1,5 +1,5 @@
-// SQLite with every result checked: an open file (see database_open.h), statements, transactions, and rows whose values
-// are bound and hashed by the same call.
+// SQLite with every result checked: an open file, statements, transactions, and rows whose values are bound and hashed
+// by the same call.
 #ifndef VIEWWORTH_LEDGER_DATABASE_H
 #define VIEWWORTH_LEDGER_DATABASE_H
 
@@ -29,8 +29,23 @@ enum vw_database_access {
     VW_DATABASE_APPEND // durable transactions; first finishes what a killed program has left half done
 };
 
-// Closes the database; call it also after a failure to open.
+// ---- database_open.c: files, which may come from someone who wants to harm, and new ones ----
+
+// Opens a file that exists and checks all of it. VW_ERROR_INPUT if it is not exactly of this format.
+enum vw_status vw_database_open(const char *path, const struct vw_database_format *format,
+                                enum vw_database_access access, struct vw_database *database);
+// Creates a new database in memory with the tables of the format; messages name `path`.
+enum vw_status vw_database_open_memory(const char *path, const struct vw_database_format *format,
+                                       struct vw_database *database);
+// Writes a database in memory as a new file of its path. VW_ERROR_USAGE if that exists.
+enum vw_status vw_database_create_file(struct vw_database *database);
+// Opens a file to append, and makes it with empty tables if it is missing.
+enum vw_status vw_database_open_or_create(const char *path, const struct vw_database_format *format,
+                                          struct vw_database *database);
+// Closes the database; call it also after a failure of these.
 void vw_database_close(struct vw_database *database);
+
+// ---- database.c: statements ----
 
 // Records a message for SQLite's last failure, with the remedy.
 enum vw_status vw_database_fail(struct vw_database *database, const char *doing);

@@ -1,7 +1,6 @@
 #include "ledger/database_file.h"
 
 #include <inttypes.h>
-#include <stdlib.h>
 #include <string.h>
 
 // ---- Limits --------------------------------------------------------------------------------------------------------
@@ -60,57 +59,40 @@ static enum vw_status compare_versions(const struct vw_database *database, const
                    path, found % series, wanted % series);
 }
 
-static bool is_same_text(sqlite3_stmt *ours, sqlite3_stmt *theirs, int column) {
-    const char *expected = (const char *)sqlite3_column_text(ours, column);
-    const char *found = (const char *)sqlite3_column_text(theirs, column);
-    if (!expected || !found) return sqlite3_column_type(ours, column) == sqlite3_column_type(theirs, column);
-    return sqlite3_column_type(theirs, column) == SQLITE_TEXT &&
-           sqlite3_column_bytes(ours, column) == sqlite3_column_bytes(theirs, column) && strcmp(expected, found) == 0;
-}
-
-enum { SCHEMA_TEXTS = 4, SCHEMA_ROOT = 4 }; // columns
+// Lists the whole schema as one text.
 static const char schema_query[] =
-    "SELECT type, name, tbl_name, sql, rootpage FROM sqlite_schema ORDER BY type, name, tbl_name, rowid";
+    "SELECT group_concat(type || ' ' || name || ' ' || tbl_name || ' ' || coalesce(sql, ''), char(10)) FROM "
+    "(SELECT * FROM sqlite_schema ORDER BY type, name, tbl_name, rowid)";
 
-static enum vw_status compare_rows(struct vw_database *database, sqlite3_stmt *ours, struct vw_database *expected,
-                                   sqlite3_stmt *theirs, struct vw_database_trees *trees) {
-    bool more = true, found = true, same = true;
-    enum vw_status status = VW_OK;
-    while (!status && more && same) {
-        status = vw_database_next(expected, ours, &more);
-        if (!status) status = vw_database_next(database, theirs, &found);
-        same = more == found;
-        for (int i = 0; !status && more && same && i < SCHEMA_TEXTS; i++) same = is_same_text(ours, theirs, i);
-        if (!status && more && same) {
-            sqlite3_int64 root = sqlite3_column_int64(theirs, SCHEMA_ROOT);
-            status = vw_database_trees_check(trees, root < 0 || root > UINT32_MAX ? 0 : (uint32_t)root);
-        }
-    }
-    if (status || same) return status;
-    return vw_fail(VW_ERROR_INPUT,
-                   "%s: damaged or hostile: it has a table, index, view or trigger that viewworth does not make, or "
-                   "lacks one; restore it from a copy",
-                   database->path);
+static bool is_same_text(sqlite3_stmt *ours, sqlite3_stmt *theirs) {
+    const void *expected = sqlite3_column_text(ours, 0), *found = sqlite3_column_text(theirs, 0);
+    int size_bytes = sqlite3_column_bytes(ours, 0);
+    return expected && found && size_bytes == sqlite3_column_bytes(theirs, 0) &&
+           memcmp(expected, found, (size_t)size_bytes) == 0;
 }
 
-static enum vw_status compare_schema(struct vw_database *database, struct vw_database *expected,
-                                     struct vw_database_trees *trees) {
+static enum vw_status compare_schema(struct vw_database *database, struct vw_database *expected) {
     sqlite3_stmt *ours = NULL, *theirs = NULL;
+    bool found = false;
     enum vw_status status = vw_database_prepare(expected, schema_query, &ours);
+    if (!status) status = vw_database_next(expected, ours, &found);
     if (!status) status = vw_database_prepare(database, schema_query, &theirs);
-    if (!status) status = compare_rows(database, ours, expected, theirs, trees);
+    if (!status) status = vw_database_next(database, theirs, &found);
+    if (!status && !is_same_text(ours, theirs))
+        status = vw_fail(VW_ERROR_INPUT,
+                         "%s: damaged or hostile: it has a table, index, view or trigger that viewworth does not make, "
+                         "or lacks one; restore it from a copy",
+                         database->path);
     sqlite3_finalize(ours);
     sqlite3_finalize(theirs);
     return status;
 }
 
-static enum vw_status check_schema(struct vw_database *database, struct vw_database *expected,
-                                   struct vw_database_trees *trees) {
+static enum vw_status check_schema(struct vw_database *database, struct vw_database *expected) {
     struct work work = {SCHEMA_WORK_MOST};
     sqlite3_limit(database->handle, SQLITE_LIMIT_LENGTH, SCHEMA_ROW_BYTES_MOST);
     sqlite3_progress_handler(database->handle, STEPS_PER_CALL, spend_work, &work);
-    enum vw_status status = vw_database_trees_check(trees, 1);
-    if (!status) status = compare_schema(database, expected, trees);
+    enum vw_status status = compare_schema(database, expected);
     sqlite3_progress_handler(database->handle, 0, NULL, NULL);
     sqlite3_limit(database->handle, SQLITE_LIMIT_LENGTH, ROW_BYTES_MOST);
     return status;
@@ -118,15 +100,14 @@ static enum vw_status check_schema(struct vw_database *database, struct vw_datab
 
 // ---- The contents --------------------------------------------------------------------------------------------------
 
-// Finds rows that an index lacks or has beside those of its table, so that every way to a row leads to the same row;
-// and values that a column cannot store.
-static enum vw_status check_contents(struct vw_database *database, uint32_t page_count) {
-    struct work work = {WORK_PER_BYTE * (uint64_t)VW_DATABASE_PAGE_BYTES * page_count};
+// Finds damaged pages, and values that a column cannot store.
+static enum vw_status check_contents(struct vw_database *database, sqlite3_int64 size_bytes) {
+    struct work work = {WORK_PER_BYTE * (uint64_t)size_bytes};
     static const char out_of_memory[] = "error code=7";
     sqlite3_stmt *statement = NULL;
     bool found = false;
     sqlite3_progress_handler(database->handle, STEPS_PER_CALL, spend_work, &work);
-    enum vw_status status = vw_database_prepare(database, "PRAGMA integrity_check(1)", &statement);
+    enum vw_status status = vw_database_prepare(database, "PRAGMA quick_check(1)", &statement);
     if (!status) status = vw_database_next(database, statement, &found);
     const char *answer = !status && found ? (const char *)sqlite3_column_text(statement, 0) : NULL;
     // If memory is short, the check lists unread parts as a fault of the file: "... error code=7".
@@ -143,21 +124,18 @@ static enum vw_status check_contents(struct vw_database *database, uint32_t page
 static enum vw_status check_locked(struct vw_database *database, const struct vw_database_format *format,
                                    struct vw_database *expected) {
     int64_t version = 0;
-    struct vw_database_trees trees = {0};
+    sqlite3_int64 size_bytes = 0;
     // The first query: it takes the lock, and rolls back when the file is open to append. It reads no schema yet.
     enum vw_status status = vw_database_read_number(database, "PRAGMA user_version", &version);
-    if (!status) status = vw_database_check_header(database, format->what, true); // as it is after a rollback
     if (!status) status = compare_versions(database, format, version);
-    if (!status) status = vw_database_trees_begin(database, &trees);
-    if (!status) status = check_schema(database, expected, &trees);
-    if (!status) status = check_contents(database, trees.page_count);
-    free(trees.visited);
-    return status;
+    if (!status) status = check_schema(database, expected);
+    if (!status) status = vw_database_size(database, &size_bytes);
+    return status ? status : check_contents(database, size_bytes);
 }
 
 enum vw_status vw_database_check(struct vw_database *database, const struct vw_database_format *format,
                                  struct vw_database *expected) {
-    enum vw_status status = vw_database_check_header(database, format->what, false);
+    enum vw_status status = vw_database_check_header(database, format->what);
     if (!status) status = vw_database_begin_reading(database);
     return status ? status : vw_database_end(database, check_locked(database, format, expected));
 }

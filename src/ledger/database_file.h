@@ -8,8 +8,8 @@
 enum { VW_DATABASE_PAGE_BYTES = 4096 };
 
 // Checks the path before the file is opened. It must be a plain file, not a link, without the files of another journal
-// mode next to it. SQLite obeys a journal when it opens a file to append, so the journal must be one that viewworth
-// left when it was killed. VW_ERROR_INPUT names the file and the remedy.
+// mode next to it. SQLite obeys a journal when it opens a file to append, so the journal must not name another file.
+// VW_ERROR_INPUT names the file and the remedy.
 enum vw_status vw_database_check_place(const char *path, enum vw_database_access access);
 // Checks the path before a file is created. No file that SQLite would treat as part of the new one may exist next to
 // it, such as the journal of a file that was removed. VW_ERROR_INPUT names it.
@@ -17,30 +17,16 @@ enum vw_status vw_database_check_free(const char *path);
 // Reads bytes of an open file. Bytes beyond its end are 0.
 enum vw_status vw_database_read_bytes(struct vw_database *database, uint8_t *bytes, int count, int64_t offset);
 enum vw_status vw_database_size(struct vw_database *database, sqlite3_int64 *size_bytes);
-// Computes the SHA-256 of an open file; call it in a reading transaction.
-enum vw_status vw_database_hash_file(struct vw_database *database, char sha256[VW_HASH_HEX_BYTES]);
-// Checks, before the first query, that the header contains the values that viewworth writes. If there is a journal,
-// pass false as `whole`: the size is then not compared with the header.
-enum vw_status vw_database_check_header(struct vw_database *database, const char *what, bool whole);
+// Checks, before the first query, that the header has the page format and the journal mode that viewworth writes.
+enum vw_status vw_database_check_header(struct vw_database *database, const char *what);
 
-// The trees of a file, whose pages must form trees: no page twice, and none deeper than SQLite reads.
-struct vw_database_trees {
-    struct vw_database *database;
-    uint8_t *visited; // by page; owned, freed with free()
-    uint32_t page_count;
-};
-// Prepares the check of the trees; call it in a reading transaction.
-enum vw_status vw_database_trees_begin(struct vw_database *database, struct vw_database_trees *trees);
-// Walks the tree below a root page.
-enum vw_status vw_database_trees_check(struct vw_database_trees *trees, uint32_t root);
-
-// ---- database_check.c: an open file is exactly as viewworth writes it, down to the last row of schema and index ----
+// ---- database_check.c: an open file is exactly as viewworth writes it, down to the last row of its schema ----
 
 // Bounds on what a file can make SQLite do; before the first query.
 enum vw_status vw_database_set_limits(struct vw_database *database);
-// Checks header, version, trees, schema and contents, with work and memory in proportion to the file's size, before any
-// table is read. `expected` has the schema to compare with. Rolls back what a killed program left when the file is open
-// to append. VW_ERROR_INPUT names what is wrong.
+// Checks header, version, schema and contents, with work in proportion to the file's size, before any table is read.
+// `expected` has the schema to compare with. Rolls back what a killed program left when the file is open to append.
+// VW_ERROR_INPUT names what is wrong.
 enum vw_status vw_database_check(struct vw_database *database, const struct vw_database_format *format,
                                  struct vw_database *expected);
 

@@ -1,4 +1,3 @@
-#include "ledger/database_open.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -47,11 +46,9 @@ static enum vw_status check(struct vw_database *database, const struct vw_databa
 
 // Copies one state of a file under SQLite's lock, because a continuing run may be writing the file. Free `*bytes` with
 // sqlite3_free(); it stays NULL if the file is too large to be copied.
-static enum vw_status read_locked(struct vw_database *file, const struct vw_database_format *format,
-                                  unsigned char **bytes, sqlite3_int64 *size_bytes) {
+static enum vw_status read_locked(struct vw_database *file, unsigned char **bytes, sqlite3_int64 *size_bytes) {
     int64_t version = 0; // the first query takes the lock, and fails where a killed program left a write half done
     enum vw_status status = vw_database_read_number(file, "PRAGMA user_version", &version);
-    if (!status) status = vw_database_check_header(file, format->what, true);
     if (!status) status = vw_database_size(file, size_bytes);
     if (status || *size_bytes > SNAPSHOT_BYTES_MOST) return status;
     // Not by sqlite3_serialize(), which reads the schema first.
@@ -81,9 +78,9 @@ static enum vw_status open_bytes(const char *path, unsigned char *bytes, sqlite3
 static enum vw_status take_snapshot(struct vw_database *database, const struct vw_database_format *format) {
     unsigned char *bytes = NULL;
     sqlite3_int64 size_bytes = 0;
-    enum vw_status status = vw_database_check_header(database, format->what, false);
+    enum vw_status status = vw_database_check_header(database, format->what);
     if (!status) status = vw_database_begin_reading(database);
-    if (!status) status = vw_database_end(database, read_locked(database, format, &bytes, &size_bytes));
+    if (!status) status = vw_database_end(database, read_locked(database, &bytes, &size_bytes));
     if (status || !bytes) {
         sqlite3_free(bytes);
         return status;

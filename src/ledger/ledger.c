@@ -6,13 +6,12 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "ledger/database_file.h"
-#include "ledger/database_open.h"
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
 
 // Inserts the row of the run with empty hashes. The hashes cover this row, so they are computed after it is written.
 static enum vw_status insert_run(struct vw_database *database, const struct vw_ledger_run *run) {
-    struct vw_run_row row = {.run = *run, .row_hash = "", .final_hash = ""};
+    struct vw_sealed_run row = {.run = *run, .row_hash = "", .final_hash = ""};
     if (!run->plan_json) row.run.plan_json = "{}";
     row.run.status = VW_LEDGER_RUNNING;
     row.run.finished_utc = row.run.field_sha256 = NULL;
@@ -87,11 +86,6 @@ void vw_ledger_close(struct vw_ledger **ledger) {
     free(closed->images);
     free(closed);
     *ledger = NULL;
-}
-
-enum vw_status vw_ledger_hash_file(struct vw_ledger *ledger, char sha256[VW_HASH_HEX_BYTES]) {
-    enum vw_status status = vw_database_begin_reading(&ledger->database);
-    return status ? status : vw_database_end(&ledger->database, vw_database_hash_file(&ledger->database, sha256));
 }
 
 uint64_t vw_ledger_next_step(const struct vw_ledger *ledger) { return ledger->next_step; }

@@ -40,7 +40,7 @@ enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *ru
     if (!status) status = vw_table_hash(database, &vw_retraining_table, &hasher);
     if (!status)
         status = hash_run_columns(database, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", &hasher);
-    if (!status) status = vw_table_hash(database, &vw_kept_table, &hasher);
+    if (!status) status = vw_table_hash(database, &vw_payout_request_table, &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
 }

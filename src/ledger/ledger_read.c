@@ -10,7 +10,7 @@
 // Checks the status: an unknown word would be shown as if viewworth had written it.
 static enum vw_status check_run(struct vw_ledger *ledger, uint64_t index, void *row) {
     static const char *const known[] = {VW_LEDGER_RUNNING, VW_LEDGER_FINISHED, "interrupted", "failed"};
-    const struct vw_run_row *run = row;
+    const struct vw_sealed_run *run = row;
     if (index > 0)
         return vw_fail(VW_ERROR_MISMATCH, "%s: has more than one run; use the ledger of a single run",
                        ledger->database.path);
@@ -33,7 +33,7 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
         status = vw_fail(VW_ERROR_MISMATCH, "%s: its run row was removed; restore the file from a copy",
                          ledger->database.path);
     if (!status) {
-        const struct vw_run_row *row = rows;
+        const struct vw_sealed_run *row = rows;
         ledger->run = row->run;
         copy_hash(row->row_hash, ledger->run_hash);
         copy_hash(row->final_hash, ledger->final_hash);

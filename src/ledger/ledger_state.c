@@ -42,7 +42,7 @@ static enum vw_status write_state(struct vw_ledger *ledger, struct vw_ledger_sta
             vw_table_insert(database, &vw_score_table, ledger->run.run_id, state->scores, state->score_count, NULL);
     // A run that continues loses its retrainings: they trained for as many steps as the run had until now.
     if (!status && strcmp(state->status, VW_LEDGER_RUNNING) == 0)
-        status = vw_database_run(database, "DELETE FROM retraining");
+        status = vw_database_run(database, "DELETE FROM retraining; DELETE FROM payout_request;");
     if (!status) status = update_run(ledger, state);
     return status ? status : vw_ledger_write_final_hash(database, ledger->run_hash, ledger->head, state->final_hash);
 }

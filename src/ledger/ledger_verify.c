@@ -36,7 +36,7 @@ static enum vw_status find_stray(struct vw_database *database, const char *table
 }
 
 static enum vw_status verify_belonging(struct vw_database *database) {
-    static const char *const tables[] = {"step", "view", "score", "retraining", "kept"};
+    static const char *const tables[] = {"step", "view", "score", "retraining", "payout_request"};
     enum vw_status status = find_stray(database, "image", "scene_hash");
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(tables); i++) status = find_stray(database, tables[i], "run_id");
     return status;
@@ -52,9 +52,9 @@ static enum vw_status verify_status(struct vw_database *database) {
     } refused[] = {
         {"score rows, or a field", "SELECT count(*) FROM run WHERE status = '" VW_LEDGER_RUNNING "' AND (field_sha256 "
                                    "IS NOT NULL OR EXISTS (SELECT 1 FROM score))"},
-        {"retraining rows, or rows of lasting credit",
-         "SELECT count(*) FROM run WHERE status <> '" VW_LEDGER_FINISHED "' AND "
-         "(EXISTS (SELECT 1 FROM retraining) OR EXISTS (SELECT 1 FROM lasting))"},
+        {"retraining rows, a payout request, or rows of lasting credit",
+         "SELECT count(*) FROM run WHERE status <> '" VW_LEDGER_FINISHED "' AND (EXISTS (SELECT 1 FROM retraining) "
+         "OR EXISTS (SELECT 1 FROM payout_request) OR EXISTS (SELECT 1 FROM lasting))"},
     };
     enum vw_status status = VW_OK;
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(refused); i++) {
@@ -100,7 +100,7 @@ static enum vw_status verify_final_hash(struct verification *verification) {
                   : compare_with_run(
                         verification->database, "final_hash", final_hash,
                         "the run row was edited, a score row was edited, removed, added or moved, a retraining row "
-                        "likewise, a row of table kept likewise, or the last step rows were removed");
+                        "likewise, that of payout_request likewise, or the last step rows were removed");
 }
 
 // ---- The chain of the steps ----

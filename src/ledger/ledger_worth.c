@@ -114,3 +114,37 @@ enum vw_status vw_ledger_get_retrainings(struct vw_ledger *ledger, struct vw_led
     free(rows);
     return status;
 }
+
+// ---- The payout request --------------------------------------------------------------------------------------------
+
+struct requesting {
+    const struct vw_payout_request *request;
+    char final_hash[VW_HASH_HEX_BYTES]; // filled
+};
+
+static enum vw_status replace_request(struct vw_ledger *ledger, void *context) {
+    struct requesting *requesting = context;
+    struct vw_database *database = &ledger->database;
+    enum vw_status status = vw_database_run(database, "DELETE FROM payout_request");
+    if (!status)
+        status = vw_table_insert(database, &vw_payout_request_table, ledger->run.run_id, requesting->request,
+                                 requesting->request->cents > 0, NULL);
+    return status ? status
+                  : vw_ledger_write_final_hash(database, ledger->run_hash, ledger->head, requesting->final_hash);
+}
+
+enum vw_status vw_ledger_set_payout_request(struct vw_ledger *ledger, const struct vw_payout_request *request) {
+    struct requesting requesting = {.request = request};
+    enum vw_status status = vw_ledger_change(ledger, NULL, replace_request, &requesting);
+    if (!status) memcpy(ledger->final_hash, requesting.final_hash, sizeof ledger->final_hash);
+    return status;
+}
+
+enum vw_status vw_ledger_get_payout_request(struct vw_ledger *ledger, struct vw_payout_request *request) {
+    struct vw_payout_request *rows = NULL;
+    uint64_t count = 0;
+    enum vw_status status = vw_ledger_read_table(ledger, &vw_payout_request_table, NULL, NULL, (void **)&rows, &count);
+    if (!status) *request = count ? *rows : (struct vw_payout_request){0};
+    free(rows);
+    return status;
+}

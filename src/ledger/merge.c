@@ -9,7 +9,6 @@
 #include "base/memory.h"
 #include "base/text_stream.h"
 #include "ledger/database_file.h"
-#include "ledger/database_open.h"
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
 

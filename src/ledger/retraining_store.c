@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "ledger/database_open.h"
 #include "ledger/table.h"
 
 // In a series of its own: see vw_database_format.

@@ -51,12 +51,13 @@ static const char schema_sql[] =
     "CREATE TABLE lasting_view ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, psnr REAL NOT NULL,"
     " PRIMARY KEY (run_id, step, image_id), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
-    "CREATE TABLE kept ("
-    " run_id TEXT NOT NULL REFERENCES run (run_id), name TEXT NOT NULL, sha256 TEXT NOT NULL, previous_sha256 TEXT,"
-    " PRIMARY KEY (run_id, name)) WITHOUT ROWID;"
-    "PRAGMA user_version = 2;";
+    "CREATE TABLE payout_request ("
+    " run_id TEXT PRIMARY KEY NOT NULL REFERENCES run (run_id), cents INTEGER NOT NULL,"
+    " floor_equal INTEGER NOT NULL CHECK (floor_equal IN (0, 1)),"
+    " anyway INTEGER NOT NULL CHECK (anyway IN (0, 1))) WITHOUT ROWID;"
+    "PRAGMA user_version = 3;";
 
-_Static_assert(VW_SCHEMA_VERSION == 2, "raise user_version above too");
+_Static_assert(VW_SCHEMA_VERSION == 3, "raise user_version above too");
 
 const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};
 
@@ -82,10 +83,10 @@ static const struct vw_column run_columns[] = {
     VW_COLUMN(struct vw_ledger_run, TEXT, status),
     VW_COLUMN(struct vw_ledger_run, TEXT_OR_NULL, finished_utc),
     VW_COLUMN(struct vw_ledger_run, TEXT_OR_NULL, field_sha256),
-    VW_COLUMN(struct vw_run_row, TEXT, row_hash),
-    VW_COLUMN(struct vw_run_row, TEXT, final_hash),
+    VW_COLUMN(struct vw_sealed_run, TEXT, row_hash),
+    VW_COLUMN(struct vw_sealed_run, TEXT, final_hash),
 };
-const struct vw_table vw_run_table = {VW_TABLE("run", struct vw_run_row, run_columns), .order = "run_id",
+const struct vw_table vw_run_table = {VW_TABLE("run", struct vw_sealed_run, run_columns), .order = "run_id",
                                       .doing = "record the run"};
 
 static const struct vw_column image_columns[] = {
@@ -154,14 +155,15 @@ static const struct vw_column retraining_columns[] = {
 const struct vw_table vw_retraining_table = {VW_TABLE("retraining", struct vw_retraining_row, retraining_columns),
                                              .order = "run_id, retraining", .doing = "record a retraining"};
 
-static const struct vw_column kept_columns[] = {
+static const struct vw_column payout_request_columns[] = {
     RUN_ID,
-    VW_COLUMN(struct vw_kept_row, TEXT, name),
-    VW_COLUMN(struct vw_kept_row, TEXT, sha256),
-    VW_COLUMN(struct vw_kept_row, TEXT_OR_NULL, previous_sha256),
+    VW_COLUMN(struct vw_payout_request, COUNT64, cents),
+    VW_COLUMN(struct vw_payout_request, FLAG, floor_equal),
+    VW_COLUMN(struct vw_payout_request, FLAG, anyway),
 };
-const struct vw_table vw_kept_table = {VW_TABLE("kept", struct vw_kept_row, kept_columns), .order = "run_id, name",
-                                       .doing = "record the hash of a file", .insert = "INSERT OR REPLACE"};
+const struct vw_table vw_payout_request_table = {
+    VW_TABLE("payout_request", struct vw_payout_request, payout_request_columns), .order = "run_id",
+    .doing = "record what a payout was asked for"};
 
 static const struct vw_column lasting_columns[] = {
     RUN_ID,

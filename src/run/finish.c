@@ -48,11 +48,11 @@ static enum vw_status check_finite(const struct vw_run *run) {
                    run->results.ledger_path, vw_run_remedy(run));
 }
 
-// Notes the field, by the hash of the bytes that were saved.
-static enum vw_status note_field(struct vw_run *run) {
-    struct vw_ledger_run row;
-    enum vw_status status = vw_ledger_get_run(run->ledger, &row);
-    return status ? status : vw_checksums_note_hash(&run->made, VW_FIELD_FILE, row.field_sha256);
+// Saves the field; the ledger's end has its hash.
+static enum vw_status save_field(struct vw_run *run) {
+    enum vw_status status = vw_trainer_save_field(run->trainer, run->results.field_path);
+    if (!status) status = vw_checksums_read(&run->made, run->out, VW_FIELD_FILE);
+    return status ? status : vw_ledger_set_field(run->ledger, vw_checksums_find(&run->made, VW_FIELD_FILE)->sha256);
 }
 
 // Writes the outputs before the end of the ledger, so that a finished run has them, and none of an earlier end.
@@ -62,13 +62,12 @@ static enum vw_status end(struct vw_run *run) {
     const struct vw_scoring *scoring = &run->results.scoring;
     enum vw_status status = check_finite(run);
     if (!status) status = vw_run_remove_outdated(run->out, run->payout.cents > 0);
-    if (!status) status = vw_trainer_save_field(run->trainer, run->results.field_path); // the ledger's end has its hash
+    if (!status) status = save_field(run);
     if (!status) status = vw_run_write_scores(run);
     char finished_utc[VW_UTC_BYTES];
     vw_utc_now(finished_utc);
     if (!status)
         status = vw_ledger_finish(run->ledger, "finished", finished_utc, scoring->scores, scoring->score_count);
-    if (!status) status = note_field(run);
     if (status) vw_run_end_early(run, status);
     else vw_run_save_checkpoint(run); // when the run ends before its last step
     if (!status) log_statistics(run);

@@ -1,4 +1,4 @@
-// The table of all files that commands write into OUT or read back from it, each with what protects it.
+// The table of all files that commands write into OUT or read back from it.
 // tests/source/test_out_files.sh fails for a file below OUT that is named elsewhere and missing here.
 #ifndef VIEWWORTH_RUN_OUT_FILES_H
 #define VIEWWORTH_RUN_OUT_FILES_H
@@ -13,7 +13,6 @@
 #define VW_REPORT_FILE "report.html"
 #define VW_RETRAININGS_FILE "retrainings.db"
 #define VW_LASTING_PASS_FILE "lasting.vws" // where a stopped backward pass is: train/adjoint/lasting.h
-#define VW_LASTING_CREDITS_FILE "lasting_credits.vwc"
 #define VW_SCENE_MAP_FILE "map.json"
 #define VW_RESIDUALS_FILE "residuals.json"
 #define VW_SPLITS_FILE "splits.json"
@@ -22,21 +21,10 @@
 #define VW_CHECKSUMS_FILE "SHA256SUMS"
 #define VW_OUT_LOCK_FILE ".viewworth.lock"
 
-enum vw_out_protection {
-    VW_OUT_CHAIN,      // its hash chain, which is verified before anything is written to it
-    VW_OUT_FIELD,      // its SHA-256 is in the run row; another file is refused
-    VW_OUT_KEPT,       // its SHA-256, or that of its rows, is in table kept of the ledger; others are not used
-    VW_OUT_MADE_AGAIN, // verify makes it again from the ledger; no command computes from it
-    VW_OUT_LISTED,     // SHA256SUMS; no command computes from it, the report shows it
-    VW_OUT_COMPARED,   // compared, when it is there, with what the command would write
-    VW_OUT_NOTHING     // nothing: it decides no score, selection or payout
-};
-
 enum vw_out_outdated { VW_OUT_STAYS, VW_OUT_BY_SCORES, VW_OUT_BY_STEPS }; // by further scores, or only by further steps
 
 struct vw_out_file {
-    const char *name; // a pattern where it has a '*'
-    enum vw_out_protection protection;
+    const char *name;              // a pattern where it has a '*'
     bool result;                   // a result of the run, which SHA256SUMS lists
     enum vw_out_outdated outdated; // removed before
 };

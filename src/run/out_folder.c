@@ -65,21 +65,10 @@ enum vw_status vw_out_check_target(const char *option, const char *path, const c
                    path);
 }
 
-static enum vw_status remove_file(const char *out, const char *name) {
-    char *path = vw_path_join(out, name);
-    if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = VW_OK;
-    if (unlink(path) && errno != ENOENT)
-        status = vw_fail(VW_ERROR_IO, "%s: cannot remove what became out of date: %s; remove it, and resume", path,
-                         strerror(errno));
-    free(path);
-    return status;
-}
-
 static enum vw_status remove_outdated(const char *out, enum vw_out_outdated by) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; !status && i < vw_out_file_count; i++)
-        if (vw_out_files[i].outdated == by) status = remove_file(out, vw_out_files[i].name);
+        if (vw_out_files[i].outdated == by) status = vw_file_remove(out, vw_out_files[i].name);
     return status;
 }
 

@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include "base/file.h"
-#include "base/inside.h"
 #include "base/memory.h"
 #include "viewworth/log.h"
 
@@ -71,48 +70,37 @@ static enum vw_status fail_locked(const struct vw_out_lock *lock) {
                    lock->out, known ? " (pid " : "", known ? (int)digits : 0, text, known ? ")" : "");
 }
 
-// Writes the process id for the message of another start. Leaves a hostile file of several names as it is.
-static void write_pid(const struct vw_out_lock *lock, const struct stat *info) {
+// Writes the process id for the message of another start.
+static void write_pid(const struct vw_out_lock *lock) {
     char text[24];
     int length = snprintf(text, sizeof text, "%ld\n", (long)getpid());
-    if (info->st_nlink != 1 || ftruncate(lock->file, 0)) return;
-    if (pwrite(lock->file, text, (size_t)length, 0) < 0)
+    if (ftruncate(lock->file, 0) || pwrite(lock->file, text, (size_t)length, 0) < 0)
         vw_log_warning("%s/%s: %s", lock->out, VW_OUT_LOCK_FILE, strerror(errno));
 }
 
+// Opens the file, and creates the folder again where the process that held the lock has just removed it.
 static enum vw_status open_file(struct vw_out_lock *lock) {
-    struct stat info;
-    int flags = O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
+    const int flags = O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
     enum vw_status status = VW_OK;
     for (int tries = 0; !status && tries < TRIES; tries++) {
         lock->file = openat(lock->folder, VW_OUT_LOCK_FILE, flags, 0600);
         if (lock->file >= 0 || errno != ENOENT) break;
-        status = create_folder(lock); // the one that was opened is removed
+        status = create_folder(lock);
     }
-    if (status) return status;
-    if (lock->file < 0)
-        return vw_fail(VW_ERROR_USAGE, "%s/%s: cannot open: %s; name another folder, or remove the file", lock->out,
-                       VW_OUT_LOCK_FILE, strerror(errno));
-    if (fstat(lock->file, &info) || !S_ISREG(info.st_mode))
-        return vw_fail(VW_ERROR_INPUT, "%s/%s: is another kind of file than viewworth puts there; remove it", lock->out,
-                       VW_OUT_LOCK_FILE);
-    if (vw_descriptor_is_private(lock->file)) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT,
-                   "%s/%s: another user owns it or may write to it; remove it once nobody writes there, or name "
-                   "another folder",
-                   lock->out, VW_OUT_LOCK_FILE);
+    if (status || lock->file >= 0) return status;
+    return vw_fail(VW_ERROR_USAGE, "%s/%s: cannot open: %s; name another folder, or remove the file", lock->out,
+                   VW_OUT_LOCK_FILE, strerror(errno));
 }
 
 // Returns whether the locked file still has the name: the process that held the lock before may just have removed it.
-static bool is_current(const struct vw_out_lock *lock, struct stat *info) {
-    struct stat named;
-    return !fstat(lock->file, info) && !fstatat(lock->folder, VW_OUT_LOCK_FILE, &named, AT_SYMLINK_NOFOLLOW) &&
-           named.st_dev == info->st_dev && named.st_ino == info->st_ino;
+static bool is_current(const struct vw_out_lock *lock) {
+    struct stat locked, named;
+    return !fstat(lock->file, &locked) && !fstatat(lock->folder, VW_OUT_LOCK_FILE, &named, AT_SYMLINK_NOFOLLOW) &&
+           named.st_dev == locked.st_dev && named.st_ino == locked.st_ino;
 }
 
 static enum vw_status acquire(struct vw_out_lock *lock) {
     for (int tries = 0; tries < TRIES; tries++) {
-        struct stat info;
         enum vw_status status = open_file(lock);
         if (status) return status;
         bool locked = !flock(lock->file, LOCK_EX | LOCK_NB);
@@ -120,33 +108,14 @@ static enum vw_status acquire(struct vw_out_lock *lock) {
         if (!locked)
             vw_log_warning("%s: the file system has no locks (%s); start no other command on this folder", lock->out,
                            strerror(errno));
-        if (is_current(lock, &info)) {
-            write_pid(lock, &info);
+        if (is_current(lock)) {
+            write_pid(lock);
             return VW_OK;
         }
         close(lock->file);
         lock->file = -1;
     }
     return vw_fail(VW_ERROR_USAGE, "%s: other processes keep locking and releasing it; name another folder", lock->out);
-}
-
-// ---- What the folder holds -----------------------------------------------------------------------------------------
-
-// Refuses links in place of files that are opened by their path, for reading or by SQLite. Files that are only written
-// are replaced, links included.
-static enum vw_status check_files(const char *out) {
-    static const char *const names[] = {VW_FIELD_FILE, "checkpoint_0.vwc", "checkpoint_1.vwc"};
-    static const char *const databases[] = {VW_LEDGER_FILE, VW_RETRAININGS_FILE};
-    static const char *const suffixes[] = {"", "-journal", "-wal", "-shm"};
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(names); i++) status = vw_file_check_inside(out, names[i]);
-    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(databases) * VW_ARRAY_COUNT(suffixes); i++) {
-        char *name =
-            vw_format_text("%s%s", databases[i / VW_ARRAY_COUNT(suffixes)], suffixes[i % VW_ARRAY_COUNT(suffixes)]);
-        status = name ? vw_file_check_inside(out, name) : VW_ERROR_MEMORY;
-        free(name);
-    }
-    return status;
 }
 
 // ---- Taking and releasing ------------------------------------------------------------------------------------------
@@ -169,10 +138,8 @@ enum vw_status vw_out_lock_take(const char *out, struct vw_out_lock **lock) {
     *taken = (struct vw_out_lock){.out = vw_copy_text(out), .folder = -1, .file = -1};
     enum vw_status status = taken->out ? create_folder(taken) : VW_ERROR_MEMORY;
     if (!status) status = acquire(taken);
-    bool mine = !status;
-    if (!status) status = check_files(out);
     if (status) {
-        close_lock(taken, mine);
+        close_lock(taken, false);
         return status;
     }
     vw_folder_remove_leftovers(out);

@@ -203,7 +203,6 @@ static enum vw_status make_run(const struct vw_run_params *params, struct vw_ses
     made->results.config = &made->config;
     made->session = session ? session : &made->own;
     made->device = device;
-    made->binding = vw_kept_files_bind(&made->ledger);
     status = open_run(params, made);
     if (status) vw_run_close(&made);
     else *run = made;

@@ -6,7 +6,6 @@
 #include <stdint.h>
 
 #include "run/checkpoints.h"
-#include "run/kept_files.h"
 #include "run/ledger_writer.h"
 #include "run/out_lock.h"
 #include "run/run.h"
@@ -36,7 +35,6 @@ struct vw_run {
     struct vw_trainer *trainer;
     struct vw_out_lock *lock; // lock of OUT; taken first and released last
     struct vw_checkpoints checkpoints;
-    struct vw_file_binding binding;  // binds OUT's files to `ledger`
     struct vw_ledger *ledger;        // NULL until the first steps are recorded, unless resumed
     struct vw_ledger_writer *writer; // NULL until the first steps are recorded; idle outside vw_run_advance()
 

@@ -100,8 +100,7 @@ void vw_run_row_free(struct vw_run_row *row) {
     free(row->effects_json);
 }
 
-// ---- The same from the ledger
-// -----------------------------------------------------------------------------------------
+// ---- The same from the ledger ---------------------------------------------------------------------------------------
 
 // Reads the box of a run that was recorded with one; `*found` is false without one.
 static enum vw_status read_box(const json_t *array, struct vw_box *box, bool *found) {

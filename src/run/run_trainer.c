@@ -9,7 +9,6 @@ enum vw_status vw_run_create_trainer(struct vw_run *run) {
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
                                              .validate = run->validate,
-                                             .binding = &run->binding,
                                              .submissions = run->session->devices[run->device].submissions};
     return vw_trainer_create(&params, &run->trainer);
 }

@@ -115,8 +115,7 @@ static struct vw_trainer_parts list_parts(struct vw_trainer *trainer) {
                                      .validation = &trainer->validation,
                                      .photo_order = &trainer->photo_order,
                                      .pixels = trainer->pixels,
-                                     .scalars = trainer->scalars,
-                                     .binding = trainer->binding};
+                                     .scalars = trainer->scalars};
 }
 
 // ---- Submission -----------------------------------------------------------------------------------------------------
@@ -226,7 +225,6 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     trainer->scene = params->scene;
     trainer->config = *params->config;
     trainer->validate = params->validate;
-    trainer->binding = params->binding;
     trainer->stop_step = UINT64_MAX;
     enum vw_status status = create_parts(trainer, params);
     if (status) vw_trainer_destroy(&trainer);

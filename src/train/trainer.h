@@ -15,7 +15,6 @@
 #include "viewworth/types.h"
 
 struct vw_trainer;
-struct vw_file_binding; // train/files/hashed_file.h
 
 struct vw_trainer_params {
     struct vw_gpu *gpu;             // outlives the trainer
@@ -33,8 +32,6 @@ struct vw_trainer_params {
     bool validate;                           // render the validation rays after every step (`value`), or not (`train`)
     const struct vw_device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
     struct vw_submissions *submissions;      // shared by trainers that step together; outlives them. NULL: alone
-    const struct vw_file_binding *binding; // binds its checkpoints and fields to a record of their hashes; outlives it.
-                                           // NULL: none, and every file that fits is believed
     uint32_t steps_per_submission; // 0: chosen from the time that a step takes; does not change a bit of the result
 };
 
@@ -108,17 +105,16 @@ enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
 // moved there. Call when nothing is in flight (see vw_trainer_collect).
 enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path);
 // Resumes from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run.
-// VW_ERROR_INPUT when the file is missing, damaged, of another run or not kept by the binding, VW_ERROR_USAGE when it
-// is of a later step than `last_step`: the trainer is then untouched. Before the first advance only.
+// VW_ERROR_INPUT when the file is missing, damaged or of another run, VW_ERROR_USAGE when it is of a later step than
+// `last_step`: the trainer is then untouched. Before the first advance only.
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
                                           uint64_t *step);
 
 // Saves the trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's
 // photos.
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
-enum vw_status vw_trainer_load_field(struct vw_trainer *trainer,
-                                     const char *path); // VW_ERROR_INPUT when it does not fit the trainer, or the
-                                                        // binding does not know it
+// Loads it. VW_ERROR_INPUT when it is damaged or does not fit the trainer.
+enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path);
 
 // Makes the bytes of a file that other programs draw (train/renderers/splats/splat_file.h), owned by the caller; NULL
 // with another field than splats.

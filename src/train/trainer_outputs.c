@@ -6,8 +6,7 @@
 #include "base/memory.h"
 #include "train/effects/effects.h"
 #include "train/effects/pose.h"
-#include "train/files/checkpoint.h"
-#include "train/files/field_file.h"
+#include "train/files/training_files.h"
 #include "train/identity.h"
 #include "train/renderers/splats/splat_file.h"
 #include "train/trainer.h"
@@ -116,8 +115,7 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
         return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; collect them first", path);
     if (trainer->next_step == 0) return vw_fail(VW_ERROR_USAGE, "%s: nothing to keep before the first step", path);
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
-    return !status ? vw_checkpoint_save(path, run_id, trainer->next_step - 1, &trainer->step, trainer->binding)
-                   : status;
+    return !status ? vw_checkpoint_save(path, run_id, trainer->next_step - 1, &trainer->step) : status;
 }
 
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
@@ -126,7 +124,7 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
     if (vw_trainer_in_flight(trainer))
         return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; load before the first advance", path);
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
-    if (!status) status = vw_checkpoint_load(path, run_id, last_step, &trainer->step, trainer->binding, step);
+    if (!status) status = vw_checkpoint_load(path, run_id, last_step, &trainer->step, step);
     if (!status) trainer->next_step = *step + 1;
     return status;
 }
@@ -140,12 +138,12 @@ static struct vw_trained_field trained_field_of(struct vw_trainer *trainer) {
 
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path) {
     const struct vw_trained_field trained = trained_field_of(trainer);
-    return vw_field_file_save(path, &trained, trainer->binding);
+    return vw_field_file_save(path, &trained);
 }
 
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path) {
     const struct vw_trained_field trained = trained_field_of(trainer);
-    return vw_field_file_load(path, &trained, trainer->binding);
+    return vw_field_file_load(path, &trained);
 }
 
 enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, size_t *size_bytes) {

@@ -20,7 +20,6 @@ struct vw_trainer_parts { // all borrowed
     const struct vw_validation *validation;
     struct vw_photo_order *photo_order;
     struct vw_buffer *pixels, *scalars; // the trainer's, for its submissions
-    const struct vw_file_binding *binding;
 };
 
 // Returns the parts, borrowed. Use them when nothing is in flight.

@@ -20,8 +20,7 @@ struct vw_trainer {
     bool validate;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
-    bool masks;                            // mask files are obeyed, or there are none
-    const struct vw_file_binding *binding; // borrowed; NULL: none
+    bool masks; // mask files are obeyed, or there are none
 
     struct vw_model model;
     struct vw_radiance_field field;

@@ -74,7 +74,7 @@ check "--json says why nobody is paid" test "$(sqlite3 :memory: "SELECT j ->> '\
 check "--pay-anyway pays by credit" prints '^payout of 1000\.01 by dv_psnr' "${resume[@]}" --providers "$folder/providers.csv" \
     --payout 1000.01 --pay-anyway
 check "it takes no step, and the ledger records what was asked" test "$(query run 'SELECT group_concat(row_hash) FROM step')$(query run \
-    "SELECT count(*) FROM kept WHERE name = 'payout'")" = "${steps}1"
+    "SELECT cents FROM payout_request")" = "${steps}100001"
 check "payout.csv adds up to the cent" test "$(table payout.csv "SELECT printf('%.2f', sum(amount)), count(*), sum(photos), sum(validating),
     sum(tests) FROM t")" = '1000.01|4|9|2|1'
 check "a score that is not positive gets nothing, the others are in proportion" test "$(table payout_photos.csv "SELECT count(*),

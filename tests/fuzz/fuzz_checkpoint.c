@@ -1,6 +1,6 @@
 #include "fuzz/fuzz.h"
 
-#include "train/files/checkpoint.h"
+#include "train/files/training_files.h"
 
 enum { STATE_BYTES = 32, LAST_STEP = 100 };
 

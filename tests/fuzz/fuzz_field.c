@@ -1,6 +1,6 @@
 #include "fuzz/fuzz.h"
 
-#include "train/files/field_file.h"
+#include "train/files/training_files.h"
 
 enum { PARAM_BYTES = 16 };
 

@@ -145,7 +145,7 @@ FOLDER_TEST(tables_are_as_contracted) {
         path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND ci_low IS NULL FROM score WHERE image_id = 2",
         "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
-    assert_answer(path, "PRAGMA user_version", "2");
+    assert_answer(path, "PRAGMA user_version", "3");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -221,13 +221,13 @@ FOLDER_TEST(only_ledgers_open) {
     temporary_write(path, "", 0);
     sql_change(path, "CREATE TABLE run (a); INSERT INTO run VALUES (1); PRAGMA user_version = 0");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT); // someone else's database
-    sql_change(path, "INSERT INTO run VALUES (2); PRAGMA user_version = 2");
+    sql_change(path, "INSERT INTO run VALUES (2); PRAGMA user_version = 3");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
 
     AUTO_FREE char *recorded = test_ledger_record(*state, "recorded.db", &test_four_epochs, 6);
-    sql_change(recorded, "UPDATE run SET seed = 1; PRAGMA user_version = 3");
+    sql_change(recorded, "UPDATE run SET seed = 1; PRAGMA user_version = 4");
     ASSERT_FAILS(vw_ledger_open(recorded, &ledger), VW_ERROR_INPUT, "newer viewworth");
-    sql_run(recorded, "DROP TABLE lasting_view; PRAGMA user_version = 2");
+    sql_run(recorded, "DROP TABLE lasting_view; PRAGMA user_version = 3");
     ASSERT_FAILS(vw_ledger_open(recorded, &ledger), VW_ERROR_INPUT, "or lacks one");
     assert_null(ledger);
 }

@@ -104,7 +104,7 @@ check "a render that is no picture" mapped 'picture: ' residuals.json "json_set(
 check "a render that is no base64" mapped 'picture: ' residuals.json "json_set(j, '\$.photos[0].picture', 'UklGRl\"onerror=')"
 check "a PSNR that is text" mapped 'psnr: ' residuals.json "json_set(j, '\$.photos[0].psnr', 'x')"
 rm "$folder/mapped/map.json" && ln -s ../run/map.json "$folder/mapped/map.json"
-check "a map that is a link" refuses 'mapped/map.json: is reached through a link' "$folder/mapped"
+check "a map that is a link" refuses 'mapped/map.json: .*link' "$folder/mapped"
 cp -r "$folder/run" "$folder/planned"
 check "places for the next photos" eval '"$program" next "$folder/planned" --device llvmpipe --quiet >"$folder/stdout"'
 check "change no report" cmp "$folder/planned/report.html" "$folder/first.html"
@@ -139,7 +139,7 @@ check "a picture that is too large" planned 'pictures: ' "json_set(j, '\$.pictur
 check "pictures that are a text" planned 'pictures: ' "json_set(j, '\$.pictures', 'x')"
 check "places that are no JSON" planned 'line [0-9]+: ' "'{'"
 rm "$folder/edited_plan/next.json" && ln -s ../planned/next.json "$folder/edited_plan/next.json"
-check "places that are a link" refuses 'edited_plan/next.json: is reached through a link' "$folder/edited_plan"
+check "places that are a link" refuses 'edited_plan/next.json: .*link' "$folder/edited_plan"
 sqlite3 :memory: "SELECT json_set(j, '\$.proposals[0].move', '<img src=x onerror=\"window.broken = 7\">',
     '\$.proposals[1].position[0]', 1e12)
     FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" >"$folder/next.json"
@@ -199,22 +199,20 @@ check "a comparison's render from elsewhere is refused" refuses 'compare.json: r
 compare_json 'renders/secret.png' >"$folder/compare/compare.json"
 cp "$folder/compare/renders/0.png" "$folder/secret.png"
 ln -s ../../secret.png "$folder/compare/renders/secret.png"
-check "nor one that a link leads to" refuses 'renders/secret.png: is reached through a link' "$folder/compare"
-ln -sfn 0.png "$folder/compare/renders/secret.png"
-check "even one within the folder" refuses 'renders/secret.png: is reached through a link' "$folder/compare"
+check "nor one that a link leads to" refuses 'renders/secret.png: .*link' "$folder/compare"
 cp "$folder/run/scores.csv" "$folder/compare/renders/secret.png" --remove-destination
 check "a render that is no picture" refuses 'renders/secret.png: is not a PNG file' "$folder/compare"
 rm "$folder/compare/renders/secret.png" && mkfifo "$folder/compare/renders/secret.png"
-check "nor a file, which might never end" refuses 'renders/secret.png: is another kind of file' "$folder/compare"
+check "nor a file, which might never end" refuses 'renders/secret.png: .*plain file' "$folder/compare"
 mkdir "$folder/linked"
 for name in benchmark.csv compare.json ledger.db; do
     by=$lab
     ln -s "../$(case $name in benchmark.csv) echo bench ;; compare.json) echo compare ;; *) echo run ;; esac)/$name" "$folder/linked/$name"
-    check "$name that is a link to another folder" refuses "linked/$name: is reached through a link" "$folder/linked"
+    check "$name that is a link to another folder" refuses "linked/$name: .*link" "$folder/linked"
     rm "$folder/linked/$name"
 done
 ln -s ../run "$folder/linked/seed_0"
-check "so is the folder of a seed" refuses "linked/seed_0: is reached through a link" "$folder/linked"
+check "so is the folder of a seed" refuses "linked/seed_0: .*link" "$folder/linked"
 # edited PATTERN SQL: compare.json as SQLite's json functions change it is refused.
 edited() {
     compare_json 'renders/0.png' >"$folder/draft.json"
@@ -326,7 +324,7 @@ check "a tradeoff that lacks any column it needs" eval 'for column in configurat
         refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
 done'
 mkdir "$folder/trade_linked" && ln -s ../trade/tradeoff.csv "$folder/trade_linked/tradeoff.csv"
-check "one that is a link to another folder" refuses 'trade_linked/tradeoff.csv: is reached through a link' "$folder/trade_linked"
+check "one that is a link to another folder" refuses 'trade_linked/tradeoff.csv: .*link' "$folder/trade_linked"
 check "an empty one" eval ': >"$folder/edited/tradeoff.csv" && refuses "edited/tradeoff.csv: is empty; remove it" "$folder/edited"'
 check "one whose quotes are broken" eval '{ cat "$folder/trade/tradeoff.csv" && echo "\"open"; } >"$folder/edited/tradeoff.csv" &&
     refuses "edited/tradeoff.csv:24: " "$folder/edited"'

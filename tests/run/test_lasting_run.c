@@ -133,7 +133,7 @@ TEST(a_stopped_pass_goes_on) {
     const char *out = temporary_path(*state, "stopped");
     copy_plain(*state, out);
     ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-    assert_true(is_there(out, "lasting.vws") && is_there(out, "lasting_credits.vwc"));
+    assert_true(is_there(out, "lasting.vws"));
     assert_verifies(out); // it is the finished run that it was
     struct vw_lasting_pass none = read_pass(out);
     assert_int_equal(none.step_count, 0);
@@ -141,27 +141,38 @@ TEST(a_stopped_pass_goes_on) {
     assert_same_pass(out, whole);
     assert_same_gate(out, whole);
     assert_verifies(out);
-    assert_false(is_there(out, "lasting.vws") || is_there(out, "lasting_credits.vwc"));
+    assert_false(is_there(out, "lasting.vws"));
     uint32_t reports = going_on.passes;
     ASSERT_OK(follow(out, 0, false, &going_on)); // there is nothing left to do
     assert_int_equal(going_on.passes, reports);
 }
 
-// Somebody who can write into OUT can write such files, with right hashes of their own.
-TEST(a_forged_pass_is_not_used) {
-    struct observer going_on = {0};
-    const char *whole = temporary_path(*state, "whole");
-    const char *out = temporary_path(*state, "forged");
-    static const char *const names[] = {"lasting_credits.vwc", "lasting.vws"};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        struct observer stopping = {.stop_at = STEPS + 1};
-        copy_plain(*state, out);
-        ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-        forge_file(temporary_path(out, names[i]), 2 * sizeof(double), 1);
-        ASSERT_OK(follow(out, 0, true, &going_on));
-        assert_same_pass(out, whole);
-        assert_verifies(out);
-    }
+static enum vw_status repeat(const char *out) {
+    AUTO(vw_verification_free) struct vw_verification verification = {0};
+    return vw_run_verify(&(struct vw_verify_params){.out = out, .lasting = true}, &verification);
+}
+
+TEST(a_pass_is_made_again) {
+    struct observer observer = {0};
+    ASSERT_OK(repeat(temporary_path(*state, "whole")));
+    const char *out = temporary_path(*state, "views");
+    copy_plain(*state, out);
+    ASSERT_FAILS(repeat(out), VW_ERROR_USAGE, "has no lasting credit to make again");
+    ASSERT_OK(follow_matrix(out, &observer));
+    ASSERT_OK(repeat(out));
+}
+
+// Whoever can write into OUT can plant credits of a stopped pass, with a right hash of their own: the pass continues
+// from them, and only making it again finds them.
+TEST(a_planted_pass_is_found_by_making_it_again) {
+    struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
+    const char *out = temporary_path(*state, "planted");
+    copy_plain(*state, out);
+    ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    forge_file(temporary_path(out, "lasting.vws"), 4 * sizeof(double), 1); // the lowest byte of the last step's psnr
+    ASSERT_OK(follow(out, 0, false, &going_on));
+    assert_verifies(out);
+    ASSERT_FAILS(repeat(out), VW_ERROR_MISMATCH, "lasting credit of step 144, made again");
 }
 
 TEST(a_pass_by_validation_photo_goes_on) {
@@ -199,36 +210,24 @@ TEST(a_pass_by_validation_photo_goes_on) {
     assert_verifies(out);
 }
 
-TEST(damaged_files_of_a_pass_start_it_anew) {
-    static const char *const names[] = {"lasting.vws", "lasting_credits.vwc"};
-    const char *whole = temporary_path(*state, "whole");
-    const char *out = temporary_path(*state, "damaged");
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
-        size_t size_bytes = 0;
-        copy_plain(*state, out);
-        ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-        AUTO_FREE void *bytes = temporary_read(temporary_path(out, names[i]), &size_bytes);
-        ((char *)bytes)[size_bytes / 2] ^= 1;
-        ASSERT_OK(vw_file_write(temporary_path(out, names[i]), bytes, size_bytes));
-        ASSERT_OK(follow(out, 0, false, &going_on));
-        assert_same_pass(out, whole);
-    }
+TEST(a_damaged_file_of_a_pass_starts_it_anew) {
+    struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
+    const char *out = temporary_path(*state, "damaged"), *path = temporary_path(out, "lasting.vws");
+    size_t size_bytes = 0;
+    copy_plain(*state, out);
+    ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
+    ((char *)bytes)[size_bytes / 2] ^= 1;
+    ASSERT_OK(vw_file_write(path, bytes, size_bytes));
+    ASSERT_OK(follow(out, 0, false, &going_on));
+    assert_same_pass(out, temporary_path(*state, "whole"));
 }
 
-// The gate of a pass that was made without one comes later.
-TEST(lost_credits_start_a_pass_anew) {
-    struct observer first = {.stop_at = STEPS + 1}, later = {.stop_at = STEPS / 2 + 20}, going_on = {0};
-    size_t size_bytes = 0;
-    const char *whole = temporary_path(*state, "whole");
-    const char *out = temporary_path(*state, "lost");
+TEST(the_gate_of_a_pass_without_one_comes_later) {
+    struct observer going_on = {0};
+    const char *whole = temporary_path(*state, "whole"), *out = temporary_path(*state, "ungated");
     copy_plain(*state, out);
-    ASSERT_FAILS(follow(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
-    AUTO_FREE void *credits = temporary_read(temporary_path(out, "lasting_credits.vwc"), &size_bytes);
-    ASSERT_FAILS(follow(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
-    ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // credits of fewer steps
     ASSERT_OK(follow(out, 0, false, &going_on));
-    assert_same_pass(out, whole);
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0");
     ASSERT_OK(follow(out, 0, true, &going_on));
     assert_same_pass(out, whole);

@@ -4,11 +4,14 @@
 
 #include "experiment/worth.h"
 #include "ledger/retraining_store.h"
+#include "run/recorded/scored_run.h"
 #include "run/run_private.h"
 #include "run/verify/verify.h"
+#include "support/forged_file.h"
 #include "support/small_run.h"
+#include "viewworth/log.h"
 
-enum { EPOCHS = 3 };
+enum { EPOCHS = 3, PLANTED_STEP = 5 };
 
 static struct vw_run_params params_of(const char *out, const struct vw_config *config) {
     return (struct vw_run_params){
@@ -56,8 +59,75 @@ FOLDER_TEST(edited_steps_are_found_by_a_replay) {
     ASSERT_FAILS(verify(out, 9), VW_ERROR_MISMATCH, "step 9, trained again, differs");
 }
 
-// ---- Retrainings
-// -----------------------------------------------------------------------------------------------------
+// ---- A checkpoint ---------------------------------------------------------------------------------------------------
+
+// Leaves the ledger and the checkpoint of a run that was stopped after PLANTED_STEP.
+static void stop(const char *out, const struct vw_config *config) {
+    const struct vw_run_params params = params_of(out, config);
+    struct vw_run *run = small_run_open(&params);
+    ASSERT_OK(vw_run_advance(run, PLANTED_STEP));
+    vw_run_save_checkpoint(run);
+    vw_run_close(&run);
+}
+
+static void forge_checkpoints(const char *out) {
+    for (int i = 0; i < 2; i++) {
+        const char *path = temporary_path(out, i ? "checkpoint_1.vwc" : "checkpoint_0.vwc");
+        if (vw_file_exists(path)) forge_payload(path);
+    }
+}
+
+// Changes the params in a checkpoint, and adds the step to the ledger that follows from them.
+static void plant_checkpoint(const char *out, const struct vw_config *config) {
+    const struct vw_run_params params = params_of(out, config);
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 0, view_count = 0;
+    uint64_t step = 0;
+    bool found = false;
+    forge_checkpoints(out);
+    struct vw_run *run = small_run_open(&params);
+    ASSERT_OK(vw_checkpoints_load(&run->checkpoints, run->trainer, PLANTED_STEP, &found, &step));
+    assert_true(found && step == PLANTED_STEP);
+    vw_trainer_stop_after(run->trainer, PLANTED_STEP + 1);
+    ASSERT_OK(vw_trainer_advance(run->trainer, &records, &count));
+    assert_int_equal(count, 1);
+    const uint32_t *views = vw_trainer_validation_views(run->trainer, &view_count);
+    ASSERT_OK(vw_ledger_append(run->ledger, records, count, views));
+    vw_run_close(&run);
+}
+
+FOLDER_TEST(a_planted_checkpoint_is_found_by_a_replay) {
+    const struct vw_config config = small_config(0, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run");
+    stop(out, &config);
+    plant_checkpoint(out, &config);
+    const struct vw_run_params params = params_of(out, &config);
+    struct vw_run *run = small_run_open(&params);
+    assert_int_equal(run->started_after, PLANTED_STEP); // the run continues from it
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    ASSERT_OK(vw_run_finish(run));
+    vw_run_close(&run);
+    ASSERT_OK(verify(out, 0));
+    ASSERT_OK(verify(out, PLANTED_STEP));
+    ASSERT_FAILS(verify(out, UINT64_MAX), VW_ERROR_MISMATCH, "step 6, trained again, differs");
+}
+
+FOLDER_TEST(a_checkpoint_that_does_not_lead_to_the_recorded_steps_ends_the_run) {
+    const struct vw_config config = small_config(0, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run");
+    const struct vw_run_params params = params_of(out, &config);
+    stop(out, &config);
+    struct vw_run *run = small_run_open(&params);
+    ASSERT_OK(vw_run_advance(run, 1));
+    run->moved = false; // keeps the checkpoint
+    vw_run_close(&run);
+    forge_checkpoints(out);
+    run = small_run_open(&params);
+    ASSERT_FAILS(vw_run_advance(run, UINT64_MAX), VW_ERROR_MISMATCH, "trained again, differs");
+    vw_run_close(&run);
+}
+
+// ---- Retrainings ----------------------------------------------------------------------------------------------------
 
 static void make_worth(const char *out, uint32_t retrainings) {
     const struct vw_worth_run_params params = {.out = out, .retrainings = retrainings, .report.no_thumbnails = true};
@@ -101,4 +171,35 @@ FOLDER_TEST(a_planted_retraining_is_found_by_making_it_again) {
     plant(honest, honest); // after the ledger has the true one
     ASSERT_OK(verify(honest, UINT64_MAX));
     ASSERT_FAILS(repeat_retrainings(honest, 1), VW_ERROR_MISMATCH, "retrainings.db: retraining ");
+}
+
+// ---- Scores ---------------------------------------------------------------------------------------------------------
+
+static void count_warnings(void *context, enum vw_log_level level, const char *line) {
+    if (level == VW_LOG_WARNING && strstr(line, "is not what its steps give")) ++*(int *)context;
+}
+
+// Scores are compared with those made anew before a list is chosen by them.
+FOLDER_TEST(nothing_is_chosen_by_scores_that_steps_do_not_give) {
+    const struct vw_config config = small_config(0, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run"), *ledger_path = vw_path_join(out, "ledger.db");
+    struct vw_scored_run run;
+    memset(&run, 0xff, sizeof run);
+    assert_true(vw_scored_run_open(*state, &run) != VW_OK); // has no ledger
+    vw_scored_run_close(&run);
+    finish(out, &config);
+    ASSERT_OK(vw_scored_run_open(out, &run));
+    vw_scored_run_close(&run);
+    sql_change(ledger_path, "UPDATE score SET value = -value WHERE method = 'dv_psnr'");
+    chain_rewrite(ledger_path);
+    ASSERT_FAILS(vw_scored_run_open(out, &run), VW_ERROR_MISMATCH, "is not what its steps give");
+    vw_scored_run_close(&run);
+    struct vw_recorded_run read = {0}; // whoever only prints them says so
+    int warnings = 0;
+    vw_log_set_sink(count_warnings, &warnings);
+    enum vw_status status = vw_recorded_open(out, &read);
+    vw_log_set_sink(NULL, NULL);
+    ASSERT_OK(status);
+    assert_int_equal(warnings, 1);
+    vw_recorded_close(&read);
 }

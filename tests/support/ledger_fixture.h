@@ -189,13 +189,6 @@ static inline void test_ledger_append(struct vw_ledger *ledger, const struct tes
     free(recording);
 }
 
-// Keeps hashes of files: one that has a previous one, and one that has none.
-static inline void test_ledger_keep(struct vw_ledger *ledger) {
-    ASSERT_OK(vw_ledger_keep(ledger, "checkpoint_0.vwc", HEX_A));
-    ASSERT_OK(vw_ledger_keep(ledger, "checkpoint_0.vwc", HEX_B));
-    ASSERT_OK(vw_ledger_keep(ledger, "retrainings.db/" HEX_A, HEX_A));
-}
-
 // Records a finished run as folder/name; its path is to be freed.
 static inline char *test_ledger_record(const char *folder, const char *name, const struct test_trainer *trainer,
                                        uint32_t submission) {

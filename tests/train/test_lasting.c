@@ -288,20 +288,26 @@ TEST(bits_do_not_depend_on_the_way) {
         ASSERT_OK(vw_lasting_advance(lasting, &credits, &count, &done));
         for (uint32_t i = 0; i < count; i++) cut[credits[i].step] = credits[i];
     }
-    ASSERT_OK(vw_lasting_save(lasting, path));
     uint64_t stopped = lasting->next_step;
+    uint32_t rows[STEPS], *loaded = NULL;
+    for (uint32_t i = 0; i < STEPS; i++) rows[i] = i;
+    ASSERT_OK(vw_lasting_save(lasting, path, rows, sizeof *rows));
     vw_lasting_destroy(&lasting);
     assert_true(stopped > 0 && stopped < STEPS);
     lasting = open_lasting(scene, &config, 0, false, 2 << 20, NULL);
-    assert_int_equal(vw_lasting_load(lasting, path, stopped + 2, &next), VW_ERROR_INPUT); // a credit would be missing
-    ASSERT_OK(vw_lasting_load(lasting, path, stopped + 1, &next));
+    assert_int_equal(vw_lasting_load(lasting, path, 2 * sizeof *rows, (void **)&loaded, &next), VW_ERROR_INPUT);
+    assert_null(loaded); // rows of another size
+    ASSERT_OK(vw_lasting_load(lasting, path, sizeof *rows, (void **)&loaded, &next));
     assert_int_equal(next, stopped);
+    assert_memory_equal(loaded, rows, (STEPS - stopped) * sizeof *rows);
+    free(loaded);
     assert_int_equal(backward(lasting, cut), stopped);
     vw_lasting_destroy(&lasting);
     assert_same_credits(whole, cut, STEPS);
 
     lasting = open_lasting(scene, &config, 60, false, 0, NULL);
-    assert_int_equal(vw_lasting_load(lasting, path, 1, &next), VW_ERROR_INPUT); // the settings are other ones
+    assert_int_equal(vw_lasting_load(lasting, path, sizeof *rows, (void **)&loaded, &next),
+                     VW_ERROR_INPUT); // the settings are other ones
     backward(lasting, thin);
     vw_lasting_destroy(&lasting);
     temporary_folder_remove(folder);
@@ -327,11 +333,13 @@ static bool go_back_with_views(const struct vw_scene *scene, const struct vw_con
         }
         submissions += count > 0;
         if (!path || submissions != 2) continue;
+        void *none = NULL;
         uint64_t next; // goes on in another backward pass, once
-        ASSERT_OK(vw_lasting_save(lasting, path));
+        ASSERT_OK(vw_lasting_save(lasting, path, NULL, 0));
         vw_lasting_destroy(&lasting);
         lasting = open_lasting(scene, config, 0, true, memory_bytes, NULL);
-        ASSERT_OK(vw_lasting_load(lasting, path, 1, &next));
+        ASSERT_OK(vw_lasting_load(lasting, path, 0, &none, &next));
+        free(none);
         path = NULL;
     }
     bool on_device = vw_adjoint_views_bytes(&lasting->backward) > 0;

@@ -17,11 +17,12 @@ static json_t *to_json(const struct vw_verification *verification, uint32_t retr
     }
     for (uint32_t i = 0; i < verification->list.unlisted_count; i++)
         vw_json_append(&unlisted, json_string(verification->list.unlisted[i]));
-    return json_pack("{s:b, s:s, s:s*, s:s, s:I, s:I, s:I, s:I, s:s, s:o, s:o}", "intact", 1, "run_id",
+    return json_pack("{s:b, s:s, s:s*, s:s, s:I, s:I, s:I, s:I, s:b, s:s, s:o, s:o}", "intact", 1, "run_id",
                      verification->run_id, "log_sha256", log_sha256, "status", verification->status, "steps",
                      (json_int_t)verification->steps, "scores", (json_int_t)verification->score_count, "replayed",
-                     (json_int_t)verification->replayed_steps, "retrainings_repeated", (json_int_t)retrainings, "head",
-                     verification->head, "checks", items, "not_listed", unlisted);
+                     (json_int_t)verification->replayed_steps, "retrainings_repeated", (json_int_t)retrainings,
+                     "lasting_repeated", verification->lasting_repeated, "head", verification->head, "checks", items,
+                     "not_listed", unlisted);
 }
 
 // Says what was made again, and in one line what was not.
@@ -30,6 +31,7 @@ static void print_repeated(const struct vw_verification *verification, uint32_t 
     bool no_retrainings = !retrainings && (no_steps || verification->retrainings);
     if (!no_steps) vw_print("replay   %" PRIu64 " repeated steps gave the same bits\n", verification->replayed_steps);
     if (retrainings) vw_print("replay   %" PRIu32 " retrainings made again gave the same bits\n", retrainings);
+    if (verification->lasting_repeated) vw_print("replay   the backward pass made again gave the same bits\n");
     if (no_steps || no_retrainings)
         vw_print("%s%s%s not repeated (--replay all, --retrainings all)\n", no_steps ? "steps" : "",
                  no_steps && no_retrainings ? " and " : "", no_retrainings ? "retrainings" : "");
@@ -66,10 +68,11 @@ enum vw_status vw_command_verify(const struct vw_options *options) {
                                       .expect = options->expect,
                                       .providers = options->providers,
                                       .replay_steps = options->replay_steps,
+                                      .lasting = options->lasting.wanted,
                                       .device = options->device};
     struct vw_verification verification = {0};
     uint32_t retrainings = 0;
-    if (options->replay_steps) params.interrupt = vw_interrupt_watch();
+    if (options->replay_steps || options->lasting.wanted) params.interrupt = vw_interrupt_watch();
     enum vw_status status = vw_run_verify(&params, &verification);
     if (!status) status = repeat_retrainings(options, &retrainings);
     if (!status && options->json) status = vw_json_print(to_json(&verification, retrainings));

@@ -1,21 +1,18 @@
 #include "run/lasting/lasting.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "run/lasting/lasting_file.h"
+#include "run/devices.h"
 #include "run/outputs/checksums.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/estimate.h"
-#include "run/recorded/replayed_run.h"
 #include "run/run_private.h"
 #include "train/adjoint/lasting.h"
 #include "viewworth/log.h"
@@ -27,86 +24,97 @@ static const double SAVE_INTERVAL_S = 30;
 
 // A backward pass on its way.
 struct backward {
-    struct vw_run *run;
+    const struct vw_backward_params *params;
     struct vw_lasting *lasting;
-    struct vw_recorded_steps recorded;
-    struct vw_lasting_file file;
-    char *path;                     // owned; of the pass's own file
-    struct vw_lasting_rows credits; // owned; of step 1, 2, ...
-    uint32_t *views;                // owned; validation photos with credits of their own; file.views
-    uint64_t steps, from;           // steps of the run; credits from step `from` on are known; steps + 1: none
-    struct vw_gate_check *checks;   // owned
+    char *path;                      // owned; of its file; NULL: it is not kept
+    struct vw_lasting_step *credits; // owned; of step 1, 2, ...
+    double *view_psnr;               // owned; as of vw_lasting_pass
+    uint32_t *views, view_count;     // owned; validation photos with credits of their own
+    uint64_t steps, from;            // steps of the run; credits from step `from` on are known; steps + 1: none
+    struct vw_gate_check *checks;    // owned
     uint32_t check_count;
     double saved_s;
 };
 
 // ---- Stopping and resuming ------------------------------------------------------------------------------------------
 
-// Saves the credits first, so that the backward pass's own file is never ahead of them.
+static size_t row_bytes(const struct backward *pass) {
+    return sizeof *pass->credits + pass->view_count * sizeof *pass->view_psnr;
+}
+
+// Saves the known credits in two blocks: those of the steps, then those of their validation photos.
+static enum vw_status write_file(const struct backward *pass) {
+    size_t count = (size_t)(pass->steps - pass->from + 1), steps_bytes = count * sizeof *pass->credits;
+    uint8_t *rows = vw_allocate(count, row_bytes(pass));
+    if (!rows) return VW_ERROR_MEMORY;
+    memcpy(rows, &pass->credits[pass->from - 1], steps_bytes);
+    if (pass->view_count)
+        memcpy(rows + steps_bytes, &pass->view_psnr[(pass->from - 1) * pass->view_count],
+               count * row_bytes(pass) - steps_bytes);
+    enum vw_status status = vw_lasting_save(pass->lasting, pass->path, rows, row_bytes(pass));
+    free(rows);
+    return status;
+}
+
 static void save(struct backward *pass) {
-    if (pass->from > pass->steps || pass->from == 1) return; // nothing to go on from, or the end
-    if (vw_checksums_remove(pass->run->out) || // it has the chain head, which the hashes of these files change
-        vw_lasting_file_save(&pass->file, &pass->credits, pass->from) || vw_lasting_save(pass->lasting, pass->path))
-        vw_log_warning("%s", vw_error_message());
+    if (!pass->path || pass->from > pass->steps || pass->from == 1) return; // nothing to go on from, or the end
+    if (write_file(pass)) vw_log_warning("%s", vw_error_message());
     pass->saved_s = vw_now_s();
 }
 
-// Loads the saved state. Warns and starts anew when a file cannot be used.
+// Loads the saved state. Warns and starts anew when the file cannot be used.
 static enum vw_status load(struct backward *pass) {
-    uint64_t next_step = 0, first_step = 0;
-    if (!vw_file_exists(pass->path)) return VW_OK;
-    enum vw_status status = vw_lasting_file_load(&pass->file, &pass->credits, &first_step);
-    if (!status) status = vw_lasting_load(pass->lasting, pass->path, first_step, &next_step);
+    uint64_t next_step = 0;
+    void *rows = NULL;
+    if (!pass->path || !vw_file_exists(pass->path)) return VW_OK;
+    enum vw_status status = vw_lasting_load(pass->lasting, pass->path, row_bytes(pass), &rows, &next_step);
     if (status == VW_ERROR_INPUT || status == VW_ERROR_IO) {
         vw_log_warning("%s", vw_error_message());
         return VW_OK;
     }
-    if (!status) pass->from = next_step + 1;
-    if (!status) vw_log_info("lasting  continues at step %" PRIu64, next_step);
-    return status;
-}
-
-static enum vw_status remove_file(const char *folder, const char *name) {
-    char *path = vw_path_join(folder, name);
-    if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = VW_OK;
-    if (unlink(path) && errno != ENOENT)
-        status =
-            vw_fail(VW_ERROR_IO, "%s: cannot remove: %s; remove it, and repeat the command", path, strerror(errno));
-    free(path);
-    return status;
+    if (status) return status;
+    size_t count = (size_t)(pass->steps - next_step), steps_bytes = count * sizeof *pass->credits;
+    memcpy(&pass->credits[next_step], rows, steps_bytes);
+    if (pass->view_count)
+        memcpy(&pass->view_psnr[next_step * pass->view_count], (uint8_t *)rows + steps_bytes,
+               count * row_bytes(pass) - steps_bytes);
+    free(rows);
+    pass->from = next_step + 1;
+    vw_log_info("lasting  continues at step %" PRIu64, next_step);
+    return VW_OK;
 }
 
 // ---- The pass -------------------------------------------------------------------------------------------------------
 
 static enum vw_status report_progress(struct backward *pass, bool done) {
+    const struct vw_backward_params *params = pass->params;
     struct vw_lasting_state now;
-    struct vw_run *run = pass->run;
     vw_lasting_get_state(pass->lasting, &now);
     const struct vw_run_state state = {
         .step = now.work_done, .total_steps = now.work_total, .val_psnr_db = NAN, .finished = done, .backward = true};
-    if (!run->progress || run->progress(run->context, &state) || done) return VW_OK;
+    if (!params->progress || params->progress(params->context, &state) || done) return VW_OK;
     save(pass);
+    if (!params->out) return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; the backward pass was not made again");
     return vw_fail(
         VW_ERROR_INTERRUPTED,
         "interrupted; %s keeps the run and the backward pass so far; the same command continues (a finished run: "
         "viewworth lasting)",
-        run->out);
+        params->out);
 }
 
 static enum vw_status take_credits(struct backward *pass, const struct vw_lasting_credit *credits, uint32_t count) {
-    const struct vw_step_record *records = pass->run->results.scoring.input.records;
+    const struct vw_recorded_steps *recorded = &pass->params->recorded;
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_lasting_credit *credit = &credits[i];
-        if (pass->from <= 1 || credit->step != pass->from - 1 || records[credit->step].view != credit->view)
+        if (pass->from <= 1 || credit->step != pass->from - 1 || recorded->records[credit->step].view != credit->view)
             return vw_fail(VW_ERROR_MISMATCH,
                            "%s: the backward pass gave step %" PRIu64 " out of its order; report this",
-                           pass->run->results.ledger_path, credit->step);
+                           recorded->ledger_path, credit->step);
         pass->from--;
-        pass->credits.steps[credit->step - 1] =
+        pass->credits[credit->step - 1] =
             (struct vw_lasting_step){credit->step, credit->psnr, credit->loss, credit->size_psnr, credit->size_loss};
-        for (uint32_t v = 0; v < pass->file.views; v++)
-            pass->credits.view_psnr[(credit->step - 1) * pass->file.views + v] = credit->view_psnr[v];
+        for (uint32_t v = 0; v < pass->view_count; v++)
+            pass->view_psnr[(credit->step - 1) * pass->view_count + v] = credit->view_psnr[v];
     }
     return VW_OK;
 }
@@ -131,12 +139,12 @@ static enum vw_status advance(struct backward *pass) {
 // Sums per train photo the predicted effect of the steps after from_step.
 static void predict(const struct backward *pass, uint64_t from_step, struct vw_gate_check *photos,
                     uint32_t photo_count) {
-    const struct vw_step_record *records = pass->run->results.scoring.input.records;
+    const struct vw_step_record *records = pass->params->recorded.records;
     for (uint64_t step = from_step + 1; step <= pass->steps; step++)
         for (uint32_t i = 0; i < photo_count; i++) {
             if (photos[i].image_id != records[step].view) continue;
-            photos[i].predicted_psnr += pass->credits.steps[step - 1].psnr;
-            photos[i].predicted_loss += pass->credits.steps[step - 1].loss;
+            photos[i].predicted_psnr += pass->credits[step - 1].psnr;
+            photos[i].predicted_loss += pass->credits[step - 1].loss;
         }
 }
 
@@ -170,8 +178,8 @@ static enum vw_status measure(struct backward *pass) {
     for (uint32_t i = 0; i < pass->check_count; i++) checks[i].view = pass->checks[i].image_id;
     vw_log_info("gate     %u photos, a training of %" PRIu64 " steps for each", pass->check_count,
                 pass->steps - from_step);
-    enum vw_status status = vw_lasting_measure(pass->lasting, pass->run->results.scoring.input.records, from_step,
-                                               checks, pass->check_count);
+    enum vw_status status =
+        vw_lasting_measure(pass->lasting, pass->params->recorded.records, from_step, checks, pass->check_count);
     for (uint32_t i = 0; !status && i < pass->check_count; i++) {
         pass->checks[i].measured_psnr = isfinite(checks[i].measured_psnr) ? checks[i].measured_psnr : NAN;
         pass->checks[i].measured_loss = isfinite(checks[i].measured_loss) ? checks[i].measured_loss : NAN;
@@ -180,15 +188,15 @@ static enum vw_status measure(struct backward *pass) {
 }
 
 static enum vw_status gate(struct backward *pass) {
-    struct vw_run *run = pass->run;
+    const struct vw_trainer_params *training = pass->params->training;
     uint32_t *views = NULL, count = 0;
-    if (run->lasting.no_gate) return VW_OK;
-    if (!vw_lasting_has_gate(&run->config)) {
+    if (pass->params->options.no_gate) return VW_OK;
+    if (!vw_lasting_has_gate(training->config)) {
         vw_log_warning("no gate: with --beta1 above 0 a step also moves along the gradients of earlier photos, so that "
                        "scaling the steps on a photo says nothing of that photo");
         return VW_OK;
     }
-    enum vw_status status = vw_scene_list_views(run->scene, VW_SPLIT_TRAIN, &views, &count);
+    enum vw_status status = vw_scene_list_views(training->scene, VW_SPLIT_TRAIN, &views, &count);
     if (status) return status;
     uint64_t span = (uint64_t)GATE_EPOCHS * count, from_step = pass->steps > span ? pass->steps - span : 0;
     pass->checks = vw_allocate(count, sizeof *pass->checks);
@@ -201,38 +209,6 @@ static enum vw_status gate(struct backward *pass) {
     return measure(pass);
 }
 
-// ---- Recording ------------------------------------------------------------------------------------------------------
-
-static enum vw_status record(struct backward *pass) {
-    struct vw_run *run = pass->run;
-    struct vw_scoring *scoring = &run->results.scoring;
-    uint32_t epochs = run->config.epochs < VW_LASTING_EPOCHS ? run->config.epochs : VW_LASTING_EPOCHS;
-    uint64_t span = epochs * vw_trainer_epoch_end(run->trainer, 1);
-    vw_lasting_pass_free(&scoring->input.lasting);
-    scoring->input.lasting = (struct vw_lasting_pass){
-        .rays = run->lasting.rays,
-        .epochs = epochs,
-        .states = span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES,
-        .steps = pass->credits.steps,
-        .step_count = pass->steps,
-        .checks = pass->checks,
-        .check_count = pass->check_count,
-        .views = pass->views,
-        .view_psnr = pass->credits.view_psnr,
-        .view_count = pass->file.views,
-    };
-    pass->credits = (struct vw_lasting_rows){0}; // the scoring has them now
-    pass->views = NULL;
-    pass->checks = NULL;
-    enum vw_status status = vw_scoring_repeat(scoring);
-    if (!status) status = vw_run_rank(run);
-    if (!status) status = vw_run_write_scores(run);
-    if (!status)
-        status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
-    if (!status) status = remove_file(run->out, VW_LASTING_PASS_FILE);
-    return status ? status : remove_file(run->out, VW_LASTING_CREDITS_FILE);
-}
-
 // ---- Its price ------------------------------------------------------------------------------------------------------
 
 double vw_lasting_seconds(const struct vw_config *config, bool gated, double run_s, double training_s) {
@@ -241,85 +217,167 @@ double vw_lasting_seconds(const struct vw_config *config, bool gated, double run
 }
 
 // Tells it before a pass that begins.
-static enum vw_status announce(const struct backward *pass, const struct vw_trainer_params *training) {
-    bool gated = !pass->run->lasting.no_gate && vw_lasting_has_gate(training->config);
+static enum vw_status announce(const struct backward *pass) {
+    const struct vw_trainer_params *training = pass->params->training;
+    bool gated = !pass->params->options.no_gate && vw_lasting_has_gate(training->config);
     struct vw_estimate estimate = {0};
     char about[VW_ABOUT_BYTES];
-    if (vw_file_exists(pass->path)) return VW_OK;
+    if (pass->path && vw_file_exists(pass->path)) return VW_OK;
     enum vw_status status = vw_estimate_take_steps(training, &estimate);
     if (status) return status;
     double run_s = estimate.seconds_per_step * (double)pass->steps;
     double training_s = run_s * vw_accuracy_unvalidated_share(training->config);
     vw_text_about(vw_lasting_seconds(training->config, gated, run_s, training_s), about);
-    vw_log_info("a backward pass%s%s; Ctrl-C keeps what is done", gated ? " and 6 short trainings that check it" : "",
-                about);
+    vw_log_info("a backward pass%s%s%s", gated ? " and 6 short trainings that check it" : "", about,
+                pass->path ? "; Ctrl-C keeps what is done" : "");
     return VW_OK;
 }
 
-// ---- All of it ------------------------------------------------------------------------------------------------------
+// ---- Making it ------------------------------------------------------------------------------------------------------
 
 static enum vw_status allocate(struct backward *pass) {
-    const struct vw_run *run = pass->run;
+    const struct vw_backward_params *params = pass->params;
     enum vw_status status = VW_OK;
-    if (run->lasting.matrix) status = vw_scene_list_views(run->scene, VW_SPLIT_VAL, &pass->views, &pass->file.views);
-    pass->credits.steps = vw_allocate(pass->steps, sizeof *pass->credits.steps);
-    pass->credits.view_psnr = vw_allocate(pass->steps * pass->file.views, sizeof *pass->credits.view_psnr);
-    return status || (pass->path && pass->credits.steps && pass->credits.view_psnr) ? status : VW_ERROR_MEMORY;
+    if (params->options.matrix)
+        status = vw_scene_list_views(params->training->scene, VW_SPLIT_VAL, &pass->views, &pass->view_count);
+    if (params->out) pass->path = vw_path_join(params->out, VW_LASTING_PASS_FILE);
+    pass->credits = vw_allocate(pass->steps, sizeof *pass->credits);
+    pass->view_psnr = vw_allocate(pass->steps * pass->view_count, sizeof *pass->view_psnr);
+    bool whole = (pass->path || !params->out) && pass->credits && pass->view_psnr;
+    return status || whole ? status : VW_ERROR_MEMORY;
 }
 
-static enum vw_status open_pass(struct vw_run *run, const char *run_id, struct backward *pass) {
-    uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);
-    pass->steps = run->results.scoring.input.record_count - 1;
-    pass->from = pass->steps + 1;
-    pass->recorded =
-        (struct vw_recorded_steps){run->results.ledger_path, run->results.scoring.input.records, pass->steps + 1};
-    pass->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, pass->steps, 0, &run->binding};
-    if (pass->steps == 0 || pass->steps % photos != 0)
+static enum vw_status make(struct backward *pass) {
+    const struct vw_backward_params *params = pass->params;
+    const struct vw_lasting_params of_pass = {.training = params->training,
+                                              .rays = params->options.rays,
+                                              .by_view = params->options.matrix,
+                                              .replayed = vw_recorded_steps_compare,
+                                              .context = (void *)&params->recorded};
+    enum vw_status status = allocate(pass);
+    if (!status) status = announce(pass);
+    if (!status) status = vw_lasting_create(&of_pass, &pass->lasting);
+    if (!status) status = load(pass);
+    if (!status) status = advance(pass);
+    if (!status) status = gate(pass);
+    vw_lasting_destroy(&pass->lasting);
+    return status;
+}
+
+enum vw_status vw_backward_make(const struct vw_backward_params *params, struct vw_lasting_pass *made) {
+    uint64_t steps = params->recorded.record_count - 1;
+    struct backward pass = {.params = params, .steps = steps, .from = steps + 1};
+    enum vw_status status = make(&pass);
+    free(pass.path);
+    uint32_t all_epochs = params->training->config->epochs,
+             epochs = all_epochs < VW_LASTING_EPOCHS ? all_epochs : VW_LASTING_EPOCHS;
+    uint64_t span = epochs * (steps / all_epochs);
+    struct vw_lasting_pass whole = {.rays = params->options.rays,
+                                    .epochs = epochs,
+                                    .states = span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES,
+                                    .steps = pass.credits,
+                                    .step_count = steps,
+                                    .checks = pass.checks,
+                                    .check_count = pass.check_count,
+                                    .views = pass.views,
+                                    .view_psnr = pass.view_psnr,
+                                    .view_count = pass.view_count};
+    if (status) vw_lasting_pass_free(&whole);
+    else *made = whole;
+    return status;
+}
+
+// ---- Of a run -------------------------------------------------------------------------------------------------------
+
+static enum vw_status record(struct vw_run *run, struct vw_lasting_pass *pass) {
+    struct vw_scoring *scoring = &run->results.scoring;
+    vw_lasting_pass_free(&scoring->input.lasting);
+    scoring->input.lasting = *pass; // the scoring owns it now
+    *pass = (struct vw_lasting_pass){0};
+    enum vw_status status = vw_scoring_repeat(scoring);
+    if (!status) status = vw_run_rank(run);
+    if (!status) status = vw_run_write_scores(run);
+    if (!status)
+        status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
+    return status ? status : vw_file_remove(run->out, VW_LASTING_PASS_FILE);
+}
+
+// Sets the epochs that the run took: fewer than planned where it stopped early.
+static enum vw_status take_epochs(struct vw_run *run) {
+    uint64_t photos = vw_trainer_epoch_end(run->trainer, 1), steps = run->results.scoring.input.record_count - 1;
+    if (steps == 0 || steps % photos != 0)
         return vw_fail(VW_ERROR_USAGE,
                        "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
                        "run viewworth lasting",
-                       run->results.ledger_path, pass->steps);
-    run->config.epochs = (uint32_t)(pass->steps / photos); // fewer than planned where the run stopped early
-    pass->path = vw_path_join(run->out, VW_LASTING_PASS_FILE);
-    enum vw_status status = allocate(pass);
-    if (status) return status;
+                       run->results.ledger_path, steps);
+    run->config.epochs = (uint32_t)(steps / photos);
+    return VW_OK;
+}
+
+static enum vw_status make_of_run(struct vw_run *run, struct vw_lasting_pass *pass) {
+    const struct vw_value_input *input = &run->results.scoring.input;
     const struct vw_trainer_params training = {.gpu = run->gpu,
                                                .scene = run->scene,
                                                .config = &run->config,
                                                .effects = run->effects,
                                                .effect_count = run->effect_count,
-                                               .validate = true,
-                                               .binding = &run->binding};
-    const struct vw_lasting_params params = {.training = &training,
-                                             .rays = run->lasting.rays,
-                                             .by_view = run->lasting.matrix,
-                                             .replayed = vw_recorded_steps_compare,
-                                             .context = &pass->recorded};
-    status = announce(pass, &training);
-    if (!status) status = vw_lasting_create(&params, &pass->lasting);
-    return status ? status : load(pass);
+                                               .validate = true};
+    const struct vw_backward_params params = {
+        .training = &training,
+        .recorded = {run->results.ledger_path, input->records, input->record_count},
+        .options = run->lasting,
+        .out = run->out,
+        .progress = run->progress,
+        .context = run->context};
+    return vw_backward_make(&params, pass);
 }
 
 enum vw_status vw_run_backward(struct vw_run *run) {
-    struct vw_ledger_run row;
-    struct backward pass = {.run = run};
+    struct vw_lasting_pass pass = {0};
     if (vw_lasting_is_there(&run->lasting, &run->config, &run->results.scoring.input.lasting)) {
         vw_log_info("lasting  %s has this result already", run->out);
         return VW_OK;
     }
     enum vw_status status = vw_lasting_check_config(&run->config);
-    if (!status) status = vw_ledger_get_run(run->ledger, &row);
-    if (!status) status = open_pass(run, row.run_id, &pass);
-    if (!status) status = advance(&pass);
-    if (!status) status = gate(&pass);
-    vw_lasting_destroy(&pass.lasting);
+    if (!status) status = take_epochs(run);
+    if (!status) status = make_of_run(run, &pass);
     // The pictures of the report show the recorded field, in whatever state the pass left the trainer.
     if (!status) status = vw_run_load_field(run);
-    if (!status) status = record(&pass);
-    free(pass.path);
-    free(pass.credits.steps);
-    free(pass.credits.view_psnr);
-    free(pass.views);
-    free(pass.checks);
+    if (!status) status = record(run, &pass);
+    vw_lasting_pass_free(&pass);
+    return status;
+}
+
+// ---- Of a folder ----------------------------------------------------------------------------------------------------
+
+static enum vw_status run_backward(const struct vw_run_params *params, const struct vw_recorded_run *recorded) {
+    json_t *texts = NULL;
+    struct vw_run *run = NULL;
+    struct vw_run_params of_run = *params;
+    of_run.config = &recorded->config;
+    if (!of_run.device) of_run.device = recorded->row.device;
+    of_run.resume = true;
+    of_run.explicit_fields = UINT64_MAX;
+    enum vw_status status = vw_scene_options_from_json(recorded->row.scene_options_json, &texts, &of_run.scene);
+    if (status) return status;
+    of_run.scene.path = recorded->row.scene_path;
+    status = vw_run_open(&of_run, &run);
+    if (!status) status = vw_run_finish(run);
+    vw_run_close(&run);
+    json_decref(texts);
+    return status;
+}
+
+enum vw_status vw_lasting_of_folder(const struct vw_run_params *params) {
+    struct vw_recorded_run recorded = {0};
+    struct vw_lasting_pass found = {0};
+    enum vw_status status = vw_recorded_open_unverified(params->out, &recorded); // run_backward() verifies
+    if (!status) status = vw_ledger_get_lasting(recorded.ledger, &found);
+    if (!status && !vw_lasting_is_there(&params->lasting, &recorded.config, &found)) {
+        status = vw_recorded_check_replay(&recorded); // before the device is opened
+        if (!status) status = run_backward(params, &recorded);
+    }
+    vw_lasting_pass_free(&found);
+    vw_recorded_close(&recorded);
     return status;
 }

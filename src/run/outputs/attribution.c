@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/hash.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "report/tables.h"
@@ -28,18 +27,6 @@ enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout
                        (double)VW_PAYOUT_CENTS_MAX / 100, payout->amount);
     enum vw_status status = config ? vw_check_scored_epochs(config->epochs, config->burn_in_epochs) : VW_OK;
     return status ? vw_fail_context(status, "--payout") : VW_OK;
-}
-
-void vw_payout_request_hash(const struct vw_payout_request *request, char hash[VW_HASH_HEX_BYTES]) {
-    struct vw_hasher hasher;
-    uint8_t bytes[VW_HASH_BYTES];
-    vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, VW_PAYOUT_RECORD);
-    vw_hasher_add_integer(&hasher, (int64_t)request->cents);
-    vw_hasher_add_integer(&hasher, request->cents && request->anyway);
-    vw_hasher_add_integer(&hasher, request->cents && request->floor_equal);
-    vw_hasher_end(&hasher, bytes);
-    vw_hash_to_hex(bytes, hash);
 }
 
 enum vw_payout_outcome vw_payout_decide(const char *method, const struct vw_payouts *payouts,
@@ -119,16 +106,17 @@ static enum vw_status write_payouts(struct vw_attribution *attribution) {
     return vw_result_write_table(status, attribution->out, "payout_photos.csv", &of_photos, attribution->made);
 }
 
-// Records what was asked for, where that is a payout, or an earlier command was asked for one. The list of checksums
-// goes first: it has the chain head.
+// Records what was asked for, where that is not what an earlier command was asked for. The list of checksums goes
+// first: it has the chain head.
 static enum vw_status record_request(struct vw_ledger *ledger, const struct vw_attribution *attribution) {
-    char hash[VW_HASH_HEX_BYTES], recorded[VW_HASH_HEX_BYTES];
-    vw_payout_request_hash(&attribution->request, hash);
-    enum vw_status status = vw_ledger_get_kept(ledger, VW_PAYOUT_RECORD, recorded);
-    bool new = attribution->request.cents || *recorded;
-    if (status || !new || strcmp(recorded, hash) == 0) return status;
+    const struct vw_payout_request *asked = &attribution->request;
+    struct vw_payout_request recorded;
+    enum vw_status status = vw_ledger_get_payout_request(ledger, &recorded);
+    if (status || (asked->cents == recorded.cents &&
+                   (!asked->cents || (asked->floor_equal == recorded.floor_equal && asked->anyway == recorded.anyway))))
+        return status;
     status = vw_checksums_remove(attribution->out);
-    return status ? status : vw_ledger_keep(ledger, VW_PAYOUT_RECORD, hash);
+    return status ? status : vw_ledger_set_payout_request(ledger, asked);
 }
 
 // Pays, if that is asked for. A payout of an earlier command is gone: OUT has what this one was asked for.

@@ -14,12 +14,6 @@
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
 
-// A payout that is asked for.
-struct vw_payout_request {
-    uint64_t cents; // 0: none
-    bool floor_equal, anyway;
-};
-
 // The outcome of the request.
 enum vw_payout_outcome {
     VW_PAYOUT_NOT_ASKED,
@@ -45,10 +39,6 @@ struct vw_attribution {
     char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned
 };
 
-// The name in table kept of what a payout was asked with.
-#define VW_PAYOUT_RECORD "payout"
-// Hashes a request, for that table; all without an amount alike.
-void vw_payout_request_hash(const struct vw_payout_request *request, char hash[VW_HASH_HEX_BYTES]);
 // Decides by the rules whether payouts by a method are paid.
 enum vw_payout_outcome vw_payout_decide(const char *method, const struct vw_payouts *payouts,
                                         const struct vw_payout_request *request);

@@ -104,12 +104,6 @@ enum vw_status vw_checksums_check_field(struct vw_checksums *checksums, const ch
                    "%s/" VW_FIELD_FILE ": is not the field that the run ended with; restore it from a copy", out);
 }
 
-static enum vw_status note_ledger(struct vw_ledger *ledger, struct vw_checksums *checksums) {
-    char sha256[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_ledger_hash_file(ledger, sha256);
-    return status ? status : vw_checksums_note_hash(checksums, VW_LEDGER_FILE, sha256);
-}
-
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_result_write(const char *out, const char *name, const void *data, size_t size_bytes,
@@ -152,7 +146,8 @@ enum vw_status vw_result_write_table(enum vw_status status, const char *out, con
 enum vw_status vw_checksums_write(const char *out, struct vw_ledger *ledger, struct vw_checksums *checksums) {
     struct vw_checksums_list list;
     vw_ledger_chain_head(ledger, list.head);
-    enum vw_status status = note_ledger(ledger, checksums);
+    find(checksums, VW_LEDGER_FILE)->known = false; // an earlier state of it
+    enum vw_status status = vw_checksums_read(checksums, out, VW_LEDGER_FILE);
     list.checksums = *checksums;
     return status ? status : write_list(out, &list);
 }
@@ -214,16 +209,7 @@ static enum vw_status read_list(const char *out, bool *present, struct vw_checks
     return status;
 }
 
-enum vw_status vw_checksums_remove(const char *out) {
-    char *path = vw_path_join(out, VW_CHECKSUMS_FILE);
-    if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = VW_OK;
-    if (unlink(path) && errno != ENOENT)
-        status =
-            vw_fail(VW_ERROR_IO, "%s: cannot remove: %s; remove it, and repeat the command", path, strerror(errno));
-    free(path);
-    return status;
-}
+enum vw_status vw_checksums_remove(const char *out) { return vw_file_remove(out, VW_CHECKSUMS_FILE); }
 
 // ---- Checking ------------------------------------------------------------------------------------------------------
 
@@ -260,7 +246,6 @@ static enum vw_status compare_run(const char *out, struct vw_ledger *ledger, con
 static enum vw_status compare_all(const char *out, struct vw_ledger *ledger, const char *replaced,
                                   const struct vw_checksums_list *list, struct vw_checksums *checksums) {
     enum vw_status status = compare_run(out, ledger, list);
-    if (!status) status = note_ledger(ledger, checksums);
     for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++) {
         if (replaced && !strcmp(replaced, result_names()[i])) continue;
         status = vw_checksums_read(checksums, out, result_names()[i]);
@@ -269,38 +254,15 @@ static enum vw_status compare_all(const char *out, struct vw_ledger *ledger, con
     return status;
 }
 
-// ---- Taking it away and back ---------------------------------------------------------------------------------------
-
-enum vw_status vw_checksums_take(const char *out, struct vw_ledger *ledger, struct vw_checksums_list **list) {
-    struct vw_checksums_list *taken = vw_allocate(1, sizeof *taken);
-    bool present = false;
-    enum vw_status status = taken ? read_list(out, &present, taken) : VW_ERROR_MEMORY;
-    if (!status && present) status = compare_run(out, ledger, taken);
-    if (!status && present) status = vw_checksums_remove(out);
-    if (!status && present) *list = taken;
-    else free(taken);
-    return status;
-}
-
-enum vw_status vw_checksums_put_back(const char *out, struct vw_ledger *ledger, struct vw_checksums_list **list) {
-    struct vw_checksums_list *held = *list;
-    if (!held) return VW_OK;
-    enum vw_status status = vw_checksums_write(out, ledger, &held->checksums);
-    free(held);
-    *list = NULL;
-    return status;
-}
-
 // ---- The rest of the folder ----------------------------------------------------------------------------------------
 
-// Returns whether nothing speaks for a file: neither the list nor verify's table names it, and it is not the lock file
-// of a running command.
+// Returns whether nothing speaks for a file: the list does not name it, and it is not the lock file of a running
+// command.
 static bool is_unlisted(const char *name) {
     bool known = !strcmp(name, ".") || !strcmp(name, "..") || !strcmp(name, VW_CHECKSUMS_FILE) ||
                  !strcmp(name, VW_OUT_LOCK_FILE);
     for (size_t i = 0; i < vw_out_file_count && !known; i++)
-        known = !strcmp(name, vw_out_files[i].name) &&
-                (vw_out_files[i].result || vw_out_files[i].protection == VW_OUT_KEPT);
+        known = vw_out_files[i].result && !strcmp(name, vw_out_files[i].name);
     return !known;
 }
 

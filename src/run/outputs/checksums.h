@@ -58,13 +58,6 @@ enum vw_status vw_checksums_write(const char *out, struct vw_ledger *ledger, str
 // Removes the list before the ledger gets another head.
 enum vw_status vw_checksums_remove(const char *out);
 
-struct vw_checksums_list;
-// Reads the list and removes it, where only hashes of kept files (viewworth/ledger.h) are going to change in the
-// ledger. VW_ERROR_MISMATCH when it is not of this state of the ledger. `*list` is NULL where there is none.
-enum vw_status vw_checksums_take(const char *out, struct vw_ledger *ledger, struct vw_checksums_list **list);
-// Writes it again with the new head and the new ledger, and frees it. Does nothing for NULL.
-enum vw_status vw_checksums_put_back(const char *out, struct vw_ledger *ledger, struct vw_checksums_list **list);
-
 struct vw_checksums_found {
     bool present;    // the list; without it nothing was compared
     char **unlisted; // owned: the names of what is in OUT without being listed, in order, made harmless to print

@@ -10,7 +10,6 @@
 #include "detect/effects_text.h"
 #include "run/devices.h"
 #include "run/imported/imported_run.h"
-#include "run/kept_files.h"
 #include "run/out_files.h"
 #include "run/scoring.h"
 #include "train/trainer.h"
@@ -70,7 +69,6 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
     enum vw_status status = vw_open_gpu(device, false, &run->gpu);
     if (!status) status = vw_reopen_scene(run->row.scene_path, run->row.scene_options_json, run->gpu, &run->scene);
     if (status) return status;
-    run->binding = vw_kept_files_bind(&run->ledger);
     char hash[VW_HASH_HEX_BYTES];
     vw_hash_to_hex(run->scene->hash, hash);
     if (strcmp(hash, run->row.scene_hash) == 0) return VW_OK;
@@ -112,8 +110,7 @@ enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct 
                                              .config = &run->config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
-                                             .awaits_field = true,
-                                             .binding = &run->binding};
+                                             .awaits_field = true};
     char *path = vw_path_join(run->out, VW_FIELD_FILE);
     if (!path) return VW_ERROR_MEMORY;
     enum vw_status status = check_ended(run, path);

@@ -2,7 +2,6 @@
 #ifndef VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
 #define VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
 
-#include "train/files/hashed_file.h"
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
@@ -21,7 +20,6 @@ struct vw_recorded_run {
     uint32_t effect_count;
     struct vw_gpu *gpu;
     struct vw_scene *scene;
-    struct vw_file_binding binding; // binds the field; set with the scene
 };
 
 // Opens OUT's ledger and reads what the run is. Warns when the ledger does not verify or its scores are not those of
@@ -42,7 +40,7 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
 // index of its views.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
 // Loads the field that the run ended with (OUT/field.vwf) into a trainer that takes no steps. Needs an open scene.
-// VW_ERROR_INPUT for another file than the one whose hash the ledger has, and where there is none.
+// VW_ERROR_INPUT for a damaged file or that of another run, and where there is none.
 // Destroy the trainer also after a failure, before the run is closed.
 enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
 void vw_recorded_close(struct vw_recorded_run *run);

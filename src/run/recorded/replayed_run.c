@@ -62,30 +62,9 @@ enum vw_status vw_recorded_create_trainer(const struct vw_recorded_run *run, boo
                                              .config = &run->config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
-                                             .validate = validated,
-                                             .binding = &run->binding};
+                                             .validate = validated};
     enum vw_status status = vw_trainer_create(&params, trainer);
     return status ? status : check_same_run(run, *trainer);
-}
-
-enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t wanted,
-                               const struct vw_interrupt *interrupt, uint64_t *compared) {
-    uint32_t validation_count = 0, count = 0;
-    const uint32_t *validation_views = vw_trainer_validation_views(trainer, &validation_count);
-    const struct vw_step_record *records = NULL;
-    uint64_t end = vw_ledger_next_step(ledger);
-    if (wanted < end) end = wanted + 1; // step 0 comes for free
-    vw_trainer_stop_after(trainer, end - 1);
-    enum vw_status status = vw_trainer_advance(trainer, &records, &count);
-    while (!status && count > 0 && records[0].step < end) {
-        if (records[0].step + count > end) count = (uint32_t)(end - records[0].step);
-        status = vw_ledger_compare(ledger, records, count, validation_views);
-        if (!status) *compared = records[count - 1].step;
-        if (!status && vw_interrupt_requested(interrupt))
-            status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64, *compared);
-        if (!status) status = vw_trainer_advance(trainer, &records, &count);
-    }
-    return status;
 }
 
 // Compares a step; ignores a flag of its validation, which is not replayed.

@@ -3,7 +3,6 @@
 #ifndef VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
 #define VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
 
-#include "base/interrupt.h"
 #include "run/recorded/recorded_run.h"
 #include "viewworth/types.h"
 
@@ -15,12 +14,6 @@ enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run);
 // images were checked. VW_ERROR_USAGE names what differs. Destroy the trainer also after a failure.
 enum vw_status vw_recorded_create_trainer(const struct vw_recorded_run *run, bool validated,
                                           struct vw_trainer **trainer);
-// Takes steps from step 0 on, and compares them with the recorded ones bit for bit, until `wanted` of them or all were;
-// `*compared` is the last one. The trainer has taken none, and takes no step after these. VW_ERROR_MISMATCH names the
-// first that differs, VW_ERROR_INTERRUPTED that the interrupt was requested.
-enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t wanted,
-                               const struct vw_interrupt *interrupt, uint64_t *compared);
-
 struct vw_recorded_steps { // borrowed
     const char *ledger_path;
     const struct vw_step_record *records; // step 0, 1, ...

@@ -10,12 +10,10 @@
 #include "run/imported/imported_run.h"
 #include "run/out_files.h"
 #include "run/recorded/recorded_run.h"
-#include "run/recorded/replayed_run.h"
 #include "run/run_row.h"
 #include "run/scoring.h"
-#include "run/verify/verify_kept.h"
+#include "run/verify/repeat.h"
 #include "run/verify/verify_tables.h"
-#include "train/trainer.h"
 
 static bool is_running(const struct vw_recorded_run *run) { return strcmp(run->row.status, "running") == 0; }
 
@@ -57,24 +55,7 @@ static enum vw_status check_import(const struct vw_recorded_run *run, const stru
     return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
 }
 
-// ---- Replay --------------------------------------------------------------------------------------------------------
-
-// Returns whether the run is one of `value`: the untrained field has a validation, or one that is not finite.
-static bool is_validated(const struct vw_value_input *input) {
-    return input->record_count > 0 && (input->records[0].validated || input->records[0].nonfinite);
-}
-
-static enum vw_status replay(struct vw_recorded_run *run, const struct vw_verify_params *params, bool validated,
-                             uint64_t *compared) {
-    struct vw_trainer *trainer = NULL;
-    enum vw_status status = vw_recorded_open_scene(run, params->device ? params->device : run->row.device);
-    if (!status) status = vw_recorded_check_images(run);
-    if (status) return status;
-    status = vw_recorded_create_trainer(run, validated, &trainer);
-    if (!status) status = vw_steps_repeat(run->ledger, trainer, params->replay_steps, &params->interrupt, compared);
-    vw_trainer_destroy(&trainer);
-    return status;
-}
+// ---- What is asked for ---------------------------------------------------------------------------------------------
 
 static enum vw_status check_expected(const char *expected) {
     if (!expected ||
@@ -86,19 +67,12 @@ static enum vw_status check_expected(const char *expected) {
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_tables(struct vw_recorded_run *run, const struct vw_verify_params *params,
-                                   const struct run_scores *scores, struct vw_checksums *read,
-                                   struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT]) {
-    bool recorded = scores->recorded_count > 0;
+                                   const struct run_scores *scores, struct vw_checksums *read) {
+    struct vw_scoring scoring = scores->computed;
+    if (scores->recorded_count) scoring.scores = scores->recorded, scoring.score_count = scores->recorded_count;
     const struct vw_table_sources sources = {
-        .out = params->out,
-        .ledger = run->ledger,
-        .input = &scores->computed.input,
-        .scores = recorded ? scores->recorded : scores->computed.scores,
-        .score_count = recorded ? scores->recorded_count : scores->computed.score_count,
-        .providers = params->providers,
-        .read = read,
-    };
-    return vw_verify_tables(&sources, tables);
+        .out = params->out, .ledger = run->ledger, .scoring = &scoring, .providers = params->providers, .read = read};
+    return vw_verify_tables(&sources);
 }
 
 enum field_state { FIELD_ABSENT, FIELD_INTACT, FIELD_NOT_RECORDED };
@@ -123,20 +97,30 @@ static enum vw_status check_field(const struct vw_recorded_run *run, struct vw_c
 struct checks {
     struct vw_recorded_run run;
     struct run_scores scores;
-    struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT];
     enum field_state field;
     struct vw_checksums read; // result files, by the bytes that were compared
-    struct vw_kept_file kept[VW_KEPT_FILES_MAX];
-    uint32_t kept_count;
 };
 
 static enum vw_status check_identity(struct checks *checks, char log_sha256[VW_HASH_HEX_BYTES]) {
     const struct vw_value_input *input = &checks->scores.computed.input;
-    bool validated = is_validated(input);
+    bool validated = input->record_count && (input->records[0].validated || input->records[0].nonfinite);
     enum vw_status status = check_import(&checks->run, &checks->scores.computed, log_sha256);
     if (status) return status;
     status = vw_run_row_check(&checks->run, input->record_count ? &validated : NULL);
     return status ? vw_fail_context(status, "%s", checks->run.ledger_path) : VW_OK;
+}
+
+static enum vw_status repeat(const struct vw_verify_params *params, struct checks *checks,
+                             struct vw_verification *made) {
+    const struct vw_repeat_params repeated = {.run = &checks->run,
+                                              .input = &checks->scores.computed.input,
+                                              .device = params->device,
+                                              .interrupt = &params->interrupt};
+    enum vw_status status = VW_OK;
+    if (params->replay_steps) status = vw_repeat_steps(&repeated, params->replay_steps, &made->replayed_steps);
+    if (!status && params->lasting) status = vw_repeat_lasting(&repeated);
+    made->lasting_repeated = !status && params->lasting;
+    return status;
 }
 
 static enum vw_status check_all(const struct vw_verify_params *params, struct checks *checks,
@@ -152,13 +136,10 @@ static enum vw_status check_all(const struct vw_verify_params *params, struct ch
     if (!status) status = check_scores(run, &checks->scores);
     if (!status) status = check_identity(checks, made->log_sha256);
     if (!status) status = check_head(run, params->expect);
-    if (!status) status = check_tables(run, params, &checks->scores, &checks->read, checks->tables);
+    if (!status) status = check_tables(run, params, &checks->scores, &checks->read);
     if (!status) status = check_field(run, &checks->read, &checks->field);
     if (!status) status = vw_checksums_check(run->out, run->ledger, NULL, &checks->read, &made->list);
-    if (!status) status = vw_verify_kept(params->out, run->ledger, checks->kept, &checks->kept_count);
-    if (!status && params->replay_steps && vw_ledger_next_step(run->ledger) > 0)
-        status = replay(run, params, is_validated(&checks->scores.computed.input), &made->replayed_steps);
-    return status;
+    return status ? status : repeat(params, checks, made);
 }
 
 // ---- The table -----------------------------------------------------------------------------------------------------
@@ -169,8 +150,7 @@ static void add(struct vw_verification *made, const char *name, const char *resu
 }
 
 static void list_ledger(const struct checks *checks, struct vw_verification *made) {
-    static const char *const rows[] = {"run row",   "image rows",      "step rows",
-                                       "view rows", "retraining rows", "hashes of kept files"};
+    static const char *const rows[] = {"run row", "image rows", "step rows", "view rows", "retraining rows"};
     bool ended = !is_running(&checks->run), replayed = made->replayed_steps > 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(rows); i++) add(made, rows[i], "intact", "the hash chain");
     add(made, "score rows", ended ? "intact" : "absent",
@@ -189,35 +169,24 @@ static void list_ledger(const struct checks *checks, struct vw_verification *mad
         replayed ? "--replay: the scene is open, and its first steps repeat" : "nothing without --replay");
 }
 
-static void list_tables(const struct checks *checks, const struct vw_verify_params *params,
-                        struct vw_verification *made) {
-    for (size_t i = 0; i < VW_DERIVED_TABLE_COUNT; i++) {
-        const struct vw_verified_table *table = &checks->tables[i];
-        bool by_provider = table->by_provider && params->providers;
-        const char *by = by_provider ? "made again from the ledger and --providers" : "made again from the ledger";
-        add(made, table->name, table->present ? "intact" : "absent", table->present ? by : "");
-    }
-}
-
-// Adds a file that only the list covers. With a list, a result file that is there is listed.
-static void list_covered(const struct vw_verify_params *params, const char *name, struct vw_verification *made) {
-    if (!vw_file_exists_inside(params->out, name)) add(made, name, "absent", "");
-    else if (made->list.present) add(made, name, "intact", VW_CHECKSUMS_FILE);
-    else add(made, name, "not checked", "nothing without " VW_CHECKSUMS_FILE);
+// Returns what vouches for a result file that is there; NULL: nothing.
+static const char *covered_by(const struct checks *checks, const struct vw_verify_params *params,
+                              const struct vw_verification *made, const char *name) {
+    bool by_provider = false;
+    if (vw_verify_covers(name, &by_provider))
+        return by_provider && params->providers ? "made again from the ledger and --providers"
+                                                : "made again from the ledger";
+    if (!strcmp(name, VW_FIELD_FILE) && checks->field == FIELD_INTACT) return "its SHA-256, in the hash chain";
+    return made->list.present ? VW_CHECKSUMS_FILE : NULL;
 }
 
 static void list_files(const struct checks *checks, const struct vw_verify_params *params,
                        struct vw_verification *made) {
-    list_tables(checks, params, made);
-    static const char *const names[] = {VW_ADVICE_FILE,         "duplicates.csv", VW_SPLATS_FILE, "map.json",
-                                        VW_RECONSTRUCTION_FILE, "residuals.json", VW_SPLITS_FILE, VW_REPORT_FILE};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) list_covered(params, names[i], made);
-    if (checks->field == FIELD_INTACT) add(made, VW_FIELD_FILE, "intact", "its SHA-256, in the hash chain");
-    else list_covered(params, VW_FIELD_FILE, made);
-    for (uint32_t i = 0; i < checks->kept_count; i++) {
-        const struct vw_kept_file *file = &checks->kept[i];
-        if (file->bound) add(made, file->name, "intact", "its hash, in the hash chain");
-        else add(made, file->name, "not bound", "nothing: commands do not use it");
+    for (size_t i = 0; i < vw_out_file_count; i++) {
+        const char *name = vw_out_files[i].name, *by = covered_by(checks, params, made, name);
+        if (!vw_out_files[i].result || !strcmp(name, VW_LEDGER_FILE)) continue;
+        if (!vw_file_exists_inside(params->out, name)) add(made, name, "absent", "");
+        else add(made, name, by ? "intact" : "not checked", by ? by : "nothing without " VW_CHECKSUMS_FILE);
     }
 }
 

@@ -208,8 +208,7 @@ static enum vw_status begin_segment(struct vw_lasting *lasting, uint32_t segment
     return vw_step_replay_run(&lasting->replay);
 }
 
-// ---- Backward pass
-// ----------------------------------------------------------------------------------------------------------
+// ---- Backward pass --------------------------------------------------------------------------------------------------
 
 static double read_views(const struct vw_lasting *lasting, const vw_float4 *rows, double *view_psnr) {
     double sum = 0.0;
@@ -308,7 +307,7 @@ static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct vw_
         buffers[2 * i] = lasting->backward.kept[i].lambda;
         buffers[2 * i + 1] = lasting->backward.kept[i].moment; // NULL entries are skipped
     }
-    *list = (struct vw_buffer_list){buffers, 2 * measures};
+    *list = (struct vw_buffer_list){.buffers = buffers, .count = 2 * measures};
     return VW_OK;
 }
 
@@ -326,12 +325,14 @@ static enum vw_status describe(const struct vw_lasting *lasting, uint64_t next_s
     return *text ? VW_OK : VW_ERROR_MEMORY;
 }
 
-enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path) {
+enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path, const void *rows, size_t row_bytes) {
     struct vw_buffer_list list = {0};
     char *description = NULL;
     enum vw_status status = list_adjoints(lasting, &list);
+    list.tail = rows;
+    list.tail_bytes = (size_t)(lasting->replay.total_steps - lasting->next_step) * row_bytes;
     if (!status) status = describe(lasting, lasting->next_step, &description);
-    if (!status) status = vw_hashed_file_save(path, magic, description, &list, lasting->replay.context->binding);
+    if (!status) status = vw_hashed_file_save(path, magic, description, &list);
     free(description);
     free((void *)list.buffers);
     return status;
@@ -354,23 +355,37 @@ static enum vw_status check_description(const struct vw_lasting *lasting, const 
     return status;
 }
 
-enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step) {
+// Copies the rows that follow the adjoints, which end the payload.
+static enum vw_status take_rows(const struct vw_hashed_file *file, const char *path, uint64_t adjoint_bytes,
+                                uint64_t rows_bytes, void **rows) {
+    if (file->payload_bytes != adjoint_bytes + rows_bytes)
+        return vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
+                       file->payload_bytes, adjoint_bytes + rows_bytes, remedy);
+    *rows = vw_allocate((size_t)rows_bytes, 1);
+    if (!*rows) return VW_ERROR_MEMORY;
+    memcpy(*rows, file->payload + adjoint_bytes, (size_t)rows_bytes);
+    return VW_OK;
+}
+
+enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, size_t row_bytes, void **rows,
+                               uint64_t *next_step) {
     struct vw_buffer_list list = {0};
     struct vw_hashed_file file = {0};
+    void *taken = NULL;
+    uint64_t total = lasting->replay.total_steps;
     enum vw_status status = list_adjoints(lasting, &list);
-    if (!status) status = vw_hashed_file_open(path, magic, vw_buffer_list_bytes(&list), remedy, &file);
-    if (!status) status = vw_hashed_file_check_kept(&file, path, remedy, lasting->replay.context->binding);
+    uint64_t adjoint_bytes = vw_buffer_list_bytes(&list);
+    if (!status) status = vw_hashed_file_open(path, magic, adjoint_bytes + total * row_bytes, remedy, &file);
     if (!status) status = check_description(lasting, path, file.description, next_step);
-    if (!status && known_from > *next_step + 1)
-        status = vw_fail(VW_ERROR_INPUT,
-                         "%s: continues at step %" PRIu64 ", but no credits of steps before %" PRIu64 " are known; %s",
-                         path, *next_step, known_from, remedy);
-    if (!status && file.payload_bytes != vw_buffer_list_bytes(&list))
-        status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
-                         file.payload_bytes, vw_buffer_list_bytes(&list), remedy);
+    if (!status) status = take_rows(&file, path, adjoint_bytes, (total - *next_step) * row_bytes, &taken);
     if (!status) status = vw_hashed_file_load(&file, &list);
     vw_hashed_file_close(&file);
     free((void *)list.buffers);
-    if (!status) begin(lasting, *next_step);
-    return status;
+    if (status) {
+        free(taken);
+        return status;
+    }
+    *rows = taken;
+    begin(lasting, *next_step);
+    return VW_OK;
 }

@@ -47,12 +47,14 @@ struct vw_lasting_state {
 };
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state);
 
-// Saves the backward pass so far as a file (lambda and place; written as checkpoints are), after an advance. The second
-// restores it, before the first advance: then credits begin with those of *next_step. The training is replayed again.
-// The caller has the credits of the steps from `known_from` on. VW_ERROR_INPUT: the file is damaged, belongs to another
-// run or other settings, or a credit between would be missing; the backward pass is then untouched.
-enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path);
-enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step);
+// Saves the backward pass so far as a file (lambda and place, written as checkpoints are, then the caller's rows, of
+// row_bytes for each step whose credit was handed out), after an advance. The second restores it, before the first
+// advance: then credits begin with those of *next_step, and `*rows` is owned by the caller. The training is replayed
+// again. VW_ERROR_INPUT: the file is damaged, or belongs to another run or other settings; the backward pass is then
+// untouched.
+enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path, const void *rows, size_t row_bytes);
+enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, size_t row_bytes, void **rows,
+                               uint64_t *next_step);
 
 // The gate: once all credits are handed out, tests what they say. The steps on `view` after `from_step` are made longer
 // by VW_LASTING_SCALED of themselves in a retraining from there on with everything else as it was. The change of U

@@ -5,14 +5,13 @@
 
 #include "base/file.h"
 #include "base/hash.h"
-#include "base/inside.h"
 #include "base/memory.h"
 #include "gpu/compute.h"
 
 enum { LENGTH_BYTES = 9, HASH_BYTES = 32, DESCRIPTION_BYTES_MAX = 1 << 20 };
 
 uint64_t vw_buffer_list_bytes(const struct vw_buffer_list *list) {
-    uint64_t sum = 0;
+    uint64_t sum = list->tail_bytes;
     for (uint32_t i = 0; i < list->count; i++) sum += list->buffers[i] ? vw_buffer_size_bytes(list->buffers[i]) : 0;
     return sum;
 }
@@ -25,27 +24,12 @@ static enum vw_status read_buffers(const struct vw_buffer_list *list, uint8_t *n
         status = vw_buffer_read(list->buffers[i], 0, next, size_bytes);
         next += size_bytes;
     }
+    if (!status && list->tail_bytes) memcpy(next, list->tail, list->tail_bytes);
     return status;
 }
 
-static const char *name_of(const char *path) {
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
-// Seals the file, records its hash, and only then writes it.
-static enum vw_status write_file(const char *path, uint8_t *file, size_t body_bytes,
-                                 const struct vw_file_binding *binding) {
-    uint8_t whole[VW_HASH_BYTES];
-    char hex[VW_HASH_HEX_BYTES];
-    vw_sha256_seal(file, body_bytes, whole);
-    vw_hash_to_hex(whole, hex);
-    enum vw_status status = binding ? binding->keep(binding->context, name_of(path), hex) : VW_OK;
-    return status ? status : vw_file_write(path, file, body_bytes + HASH_BYTES);
-}
-
 enum vw_status vw_hashed_file_save(const char *path, const char *magic, const char *description,
-                                   const struct vw_buffer_list *list, const struct vw_file_binding *binding) {
+                                   const struct vw_buffer_list *list) {
     char *header = vw_format_text("%s%08zu\n%s\n", magic, strlen(description), description);
     size_t header_bytes = header ? strlen(header) : 0, body_bytes = header_bytes + vw_buffer_list_bytes(list);
     uint8_t *file = header ? vw_allocate(body_bytes + HASH_BYTES, 1) : NULL;
@@ -54,7 +38,8 @@ enum vw_status vw_hashed_file_save(const char *path, const char *magic, const ch
         memcpy(file, header, header_bytes);
         status = read_buffers(list, file + header_bytes);
     }
-    if (!status) status = write_file(path, file, body_bytes, binding);
+    if (!status) vw_sha256(file, body_bytes, file + body_bytes);
+    if (!status) status = vw_file_write(path, file, body_bytes + HASH_BYTES);
     free(header);
     free(file);
     return status;
@@ -64,12 +49,11 @@ enum vw_status vw_hashed_file_save(const char *path, const char *magic, const ch
 static enum vw_status take_apart(const char *path, const char *magic, const char *remedy, size_t size_bytes,
                                  struct vw_hashed_file *file) {
     const size_t start = strlen(magic) + LENGTH_BYTES;
-    uint8_t *bytes = file->bytes, hash[HASH_BYTES], whole[HASH_BYTES];
+    uint8_t *bytes = file->bytes, hash[HASH_BYTES];
     if (size_bytes < start + 1 + HASH_BYTES || memcmp(bytes, magic, strlen(magic)))
         return vw_fail(VW_ERROR_INPUT, "%s: begins with another line than %.*s; %s", path, (int)strlen(magic) - 1,
                        magic, remedy);
-    vw_sha256_sealed(bytes, size_bytes - HASH_BYTES, hash, whole);
-    vw_hash_to_hex(whole, file->sha256);
+    vw_sha256(bytes, size_bytes - HASH_BYTES, hash);
     size_t length = strtoul((const char *)bytes + strlen(magic), NULL, 10);
     if (memcmp(hash, bytes + size_bytes - HASH_BYTES, HASH_BYTES) || length > size_bytes - start - 1 - HASH_BYTES)
         return vw_fail(VW_ERROR_INPUT, "%s: damaged (its hash does not match); %s", path, remedy);
@@ -84,24 +68,11 @@ enum vw_status vw_hashed_file_open(const char *path, const char *magic, uint64_t
                                    const char *remedy, struct vw_hashed_file *file) {
     *file = (struct vw_hashed_file){0};
     size_t size_bytes = 0;
-    char *folder = vw_path_folder(path);
-    enum vw_status status =
-        folder ? vw_file_read_inside(folder, name_of(path), payload_limit_bytes + DESCRIPTION_BYTES_MAX, &file->bytes,
-                                     &size_bytes)
-               : VW_ERROR_MEMORY;
-    free(folder);
+    if (!vw_file_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no such file; %s", path, remedy);
+    enum vw_status status = vw_file_read(path, payload_limit_bytes + DESCRIPTION_BYTES_MAX, &file->bytes, &size_bytes);
     if (!status) status = take_apart(path, magic, remedy, size_bytes, file);
     if (status) vw_hashed_file_close(file);
     return status;
-}
-
-enum vw_status vw_hashed_file_check_kept(const struct vw_hashed_file *file, const char *path, const char *remedy,
-                                         const struct vw_file_binding *binding) {
-    bool kept = true;
-    enum vw_status status = binding ? binding->is_kept(binding->context, name_of(path), file->sha256, &kept) : VW_OK;
-    if (status || kept) return status;
-    return vw_fail(VW_ERROR_INPUT, "%s: not used: the ledger does not hold its hash, so this run did not leave it; %s",
-                   path, remedy);
 }
 
 void vw_hashed_file_close(struct vw_hashed_file *file) {
