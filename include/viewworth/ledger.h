@@ -1,6 +1,6 @@
 // The ledger: OUT/ledger.db, an SQLite file with one run. Its tables:
 // - run, image, step, view, score: their columns stay, and new ones are appended;
-// - retraining(run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
+// - retraining(run_id, retraining, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
 //   numbered from 0; image_ids is a list with single spaces between.
 // - payout_request(run_id, cents, floor_equal, anyway): what the payout in OUT was asked for; none without one.
 //
@@ -116,7 +116,6 @@ struct vw_lasting_pass {
 
 // A training on some of the run's photos after the run, at as many steps as the run, from which worth is computed.
 struct vw_ledger_retraining {
-    bool whole_providers; // each provider's photos were in or out together
     uint64_t seed;        // seed of order, pixels, jitter and initialisation
     uint32_t epochs;
     const uint32_t *image_ids; // trained on, ascending

@@ -144,10 +144,6 @@ const struct vw_option vw_option_table[] = {
     {"pay-anyway", NULL,
      "Pay although the retrainings tell no two photos apart; without retrainings by dv_psnr where that is positive",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(FLAG, pay_anyway), NEEDS("payout")},
-    {"provider-retrainings", "M",
-     "Number of further retrainings, in which all photos of a provider are in or out together; they show what each "
-     "provider's photos are worth jointly, and change neither the worth of photos nor a payout",
-     VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, provider_retrainings), RANGE(0, 1000)},
     {"retrainings", "M|all",
      "Number of retrainings on random subsets of the photos, including those that OUT already contains, from whose "
      "results each photo's worth is scored; 0: none, or for worth show what they say so far. verify makes the first M "

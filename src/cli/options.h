@@ -64,7 +64,6 @@ struct vw_options {
     bool pay_anyway;
     double until_stable;  // 0: take all epochs
     uint32_t retrainings; // in all
-    uint32_t provider_retrainings;
     double until_confidence; // 0: make all of them
     const char *accuracy, *budget;
     enum vw_option_preset preset;

@@ -29,7 +29,6 @@ struct work {
     struct vw_ledger *ledger;  // the run's, opened to append; NULL while nothing is to be written
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
-    const char **providers; // owned array; of each photo
     struct vw_payout_request payout;
     struct vw_worth_plan plan;
     struct vw_checksums made; // result files
@@ -38,23 +37,17 @@ struct work {
 // ---- Retraining ----------------------------------------------------------------------------------------------------
 
 static bool is_same(const struct vw_ledger_retraining *a, const struct vw_ledger_retraining *b) {
-    return a->whole_providers == b->whole_providers && a->seed == b->seed && a->epochs == b->epochs &&
-           a->image_count == b->image_count &&
+    return a->seed == b->seed && a->epochs == b->epochs && a->image_count == b->image_count &&
            !memcmp(a->image_ids, b->image_ids, a->image_count * sizeof *a->image_ids);
 }
 
-// Counts the recorded retrainings with whole providers, or the others.
-static uint32_t count_recorded(const struct work *work, bool whole_providers) {
-    const struct vw_scoring *scoring = &work->result->scoring;
-    return vw_worth_count(scoring->retrainings, scoring->retraining_count, whole_providers);
-}
+static uint32_t count_recorded(const struct work *work) { return work->result->scoring.retraining_count; }
 
-// Lists the retrainings of the ledger, which have outcomes, and the next ones.
-static enum vw_status list_retrainings(const struct work *work, const struct vw_worth_plan_progress *progress,
-                                       struct vw_ledger_retraining **rows) {
+// Lists the first `count` retrainings, of which those of the ledger have outcomes.
+static enum vw_status list_retrainings(const struct work *work, uint32_t count, struct vw_ledger_retraining **rows) {
     const struct vw_scoring *scoring = &work->result->scoring;
     struct vw_ledger_retraining *made = NULL;
-    enum vw_status status = vw_worth_plan_list(&work->plan, progress, &made);
+    enum vw_status status = vw_worth_plan_list(&work->plan, count, &made);
     for (uint32_t i = 0; !status && i < scoring->retraining_count; i++) {
         made[i].val_psnr = scoring->retrainings[i].val_psnr;
         if (!is_same(&made[i], &scoring->retrainings[i]))
@@ -94,13 +87,12 @@ static enum vw_status record(struct work *work, uint32_t first) {
     return status;
 }
 
-// Makes those that are missing of so many on photos, and of so many with whole providers.
-static enum vw_status add_group(struct work *work, uint32_t of_photos, uint32_t of_providers) {
+// Makes those that are missing of so many.
+static enum vw_status add_group(struct work *work, uint32_t count) {
     struct vw_scoring *scoring = &work->result->scoring;
     struct vw_ledger_retraining *rows = NULL;
-    uint32_t first = scoring->retraining_count, count = of_photos + of_providers;
-    const struct vw_worth_plan_progress progress = {scoring->retrainings, first, of_photos, of_providers};
-    enum vw_status status = list_retrainings(work, &progress, &rows);
+    uint32_t first = scoring->retraining_count;
+    enum vw_status status = list_retrainings(work, count, &rows);
     if (!status) status = vw_worth_plan_train(rows, first, count, vw_retrain, &work->retrainer);
     if (!status) status = vw_scoring_set_retrainings(scoring, rows, count);
     else free(rows);
@@ -116,25 +108,17 @@ static enum vw_status summarise(struct work *work, bool *reached) {
     return status;
 }
 
-static uint32_t larger(uint32_t a, uint32_t b) { return a > b ? a : b; }
-
 static uint32_t count_missing(const struct work *work) {
-    const struct vw_worth_run_params *params = work->params;
-    uint32_t of_photos = count_recorded(work, false), of_providers = count_recorded(work, true);
-    return (params->retrainings > of_photos ? params->retrainings - of_photos : 0) +
-           (params->provider_retrainings > of_providers ? params->provider_retrainings - of_providers : 0);
+    uint32_t recorded = count_recorded(work);
+    return work->params->retrainings > recorded ? work->params->retrainings - recorded : 0;
 }
 
 // Tells the price of all that are missing.
 static enum vw_status announce(struct work *work) {
-    const struct vw_scoring *scoring = &work->result->scoring;
-    uint32_t first = scoring->retraining_count, count = count_missing(work);
-    const struct vw_worth_plan_progress progress = {
-        scoring->retrainings, first, larger(work->params->retrainings, count_recorded(work, false)),
-        larger(work->params->provider_retrainings, count_recorded(work, true))};
+    uint32_t first = count_recorded(work), count = count_missing(work);
     struct vw_ledger_retraining *rows = NULL;
     struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
-    enum vw_status status = trained ? list_retrainings(work, &progress, &rows) : VW_ERROR_MEMORY;
+    enum vw_status status = trained ? list_retrainings(work, first + count, &rows) : VW_ERROR_MEMORY;
     if (!status) vw_worth_plan_describe(rows + first, count, trained);
     if (!status) status = vw_retrainer_announce(&work->retrainer, trained, count);
     free(rows);
@@ -144,19 +128,17 @@ static enum vw_status announce(struct work *work) {
 
 // Asks for the accuracy at the same numbers of retrainings, wherever it began.
 static enum vw_status retrain(struct work *work) {
-    uint32_t most = work->params->retrainings, of_providers = count_recorded(work, true), made;
+    uint32_t most = work->params->retrainings, made;
     bool reached = false;
     enum vw_status status = VW_OK;
     work->retrainer.planned = count_missing(work);
     if (work->params->until_confidence > 0) status = summarise(work, &reached);
     if (!status && !reached) status = announce(work);
-    while (!status && !reached && (made = count_recorded(work, false)) < most) {
+    while (!status && !reached && (made = count_recorded(work)) < most) {
         uint32_t next = (made / GROUP + 1) * GROUP;
-        status = add_group(work, next < most ? next : most, of_providers);
+        status = add_group(work, next < most ? next : most);
         if (!status && work->params->until_confidence > 0) status = summarise(work, &reached);
     }
-    if (!status && work->params->provider_retrainings > of_providers)
-        status = add_group(work, count_recorded(work, false), work->params->provider_retrainings);
     return status;
 }
 
@@ -217,19 +199,12 @@ static enum vw_status open_run(struct work *work) {
 
 static enum vw_status plan(struct work *work) {
     const struct vw_retrainer *retrainer = &work->retrainer;
-    work->providers = vw_allocate(retrainer->train_count, sizeof *work->providers);
-    if (!work->providers) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < retrainer->train_count; i++)
-        work->providers[i] = work->result->scoring.input.images[retrainer->train_views[i]].provider;
-    const struct vw_worth_plan_params params = {
-        .photos = retrainer->train_views,
-        .photo_count = retrainer->train_count,
-        .providers = work->providers,
-        .count = larger(work->params->retrainings, count_recorded(work, false)),
-        .provider_retrainings = larger(work->params->provider_retrainings, count_recorded(work, true)),
-        .key = work->config.seed + 1,
-        .first_seed = vw_first_seed_after(work->config.seed),
-        .epochs = work->config.epochs};
+    const struct vw_worth_plan_params params = {.photos = retrainer->train_views,
+                                                .photo_count = retrainer->train_count,
+                                                .count = count_recorded(work) + count_missing(work),
+                                                .key = work->config.seed + 1,
+                                                .first_seed = vw_first_seed_after(work->config.seed),
+                                                .epochs = work->config.epochs};
     return vw_worth_plan_make(&params, &work->plan);
 }
 
@@ -257,7 +232,7 @@ static enum vw_status open_retrainer(struct work *work, const char *out) {
 // Returns whether a kill left retrainings without their report, or without the list that is written after it.
 static bool lacks_outputs(const struct work *work) {
     const char *out = work->params->out;
-    return (work->params->retrainings || work->params->provider_retrainings) &&
+    return work->params->retrainings &&
            (!vw_file_exists_inside(out, "report.html") || !vw_file_exists_inside(out, VW_CHECKSUMS_FILE));
 }
 
@@ -278,7 +253,7 @@ static enum vw_status make(struct work *work) {
     if (!status && trains) status = retrain(work);
     if (!status && writes) status = write_outputs(work);
     if (!status) status = summarise(work, &reached);
-    if (!count_recorded(work, false))
+    if (!count_recorded(work))
         result->prior = vw_worth_first_prior(result->scoring.scores, result->scoring.score_count);
     return status;
 }
@@ -292,7 +267,6 @@ enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
 
 static void close_work(struct work *work) {
     vw_worth_plan_free(&work->plan);
-    free(work->providers);
     vw_retrainer_close(&work->retrainer);
     vw_session_close_recorded(&work->session);
     vw_ledger_close(&work->ledger);
@@ -339,12 +313,11 @@ static enum vw_status compare_all(const struct work *work, const struct vw_retra
 
 static enum vw_status make_again(struct work *work, uint32_t count) {
     const struct vw_scoring *scoring = &work->result->scoring;
-    const struct vw_worth_plan_progress progress = {scoring->retrainings, scoring->retraining_count,
-                                                    count_recorded(work, false), count_recorded(work, true)};
     struct vw_ledger_retraining *rows = NULL;
     struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
     struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
-    enum vw_status status = trained && results ? list_retrainings(work, &progress, &rows) : VW_ERROR_MEMORY;
+    enum vw_status status =
+        trained && results ? list_retrainings(work, scoring->retraining_count, &rows) : VW_ERROR_MEMORY;
     work->retrainer.planned = count;
     if (!status) vw_worth_plan_describe(rows, count, trained);
     if (!status) status = vw_retrainer_announce(&work->retrainer, trained, count);

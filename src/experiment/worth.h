@@ -16,7 +16,6 @@ struct vw_worth_run_params {
     const char *out;                 // folder of a finished run
     struct vw_device_choice devices; // the first NULL: the run's
     uint32_t retrainings;            // in all, those of the ledger included; with until_confidence the most
-    uint32_t provider_retrainings;   // in all besides these, with whole providers; they show joint worths alone
     double until_confidence;         // stop where the lower end of the accuracy's interval reaches it; 0: never
     uint32_t together;               // retrainings that take their steps together on each device; 0: by it
     struct vw_report_options report;

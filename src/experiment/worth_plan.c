@@ -9,22 +9,6 @@
 
 // ---- Subsets -------------------------------------------------------------------------------------------------------
 
-static const char *provider_of(const struct vw_worth_plan *plan, uint32_t photo) {
-    return plan->params.providers && plan->params.providers[photo] ? plan->params.providers[photo] : "";
-}
-
-static uint32_t find_provider(const struct vw_worth_plan *plan, uint32_t photo) {
-    uint32_t place = 0;
-    while (place < plan->provider_count && strcmp(plan->providers[place], provider_of(plan, photo)) != 0) place++;
-    return place;
-}
-
-static void list_providers(struct vw_worth_plan *plan) {
-    for (uint32_t i = 0; i < plan->params.photo_count && plan->provider_count <= VW_WORTH_PROVIDERS_MAX; i++)
-        if (find_provider(plan, i) == plan->provider_count)
-            plan->providers[plan->provider_count++] = provider_of(plan, i);
-}
-
 // Leaves out the subset of all: the retrainings on all photos are others.
 static void drop_all(struct vw_subsets *subsets) {
     uint32_t kept = 0;
@@ -39,50 +23,29 @@ static void drop_all(struct vw_subsets *subsets) {
     subsets->count = kept;
 }
 
-static enum vw_status draw(uint32_t players, uint32_t needed, uint64_t key, struct vw_subsets *subsets) {
-    const struct vw_subsets_params params = {
-        .photo_count = players, .random_sizes = needed + 1, .seed_count = 1, .key = key};
-    enum vw_status status = vw_subsets_draw(&params, subsets);
-    if (!status) drop_all(subsets);
-    return status;
-}
-
-static enum vw_status draw_photos(struct vw_worth_plan *plan) {
+static enum vw_status draw(struct vw_worth_plan *plan) {
     const struct vw_worth_plan_params *params = &plan->params;
     uint32_t needed = params->count - (params->count + VW_WORTH_REPEAT_EVERY - 1) / VW_WORTH_REPEAT_EVERY;
-    enum vw_status status = draw(params->photo_count, needed, params->key, &plan->of_photos);
-    if (!status && plan->of_photos.count < needed)
+    enum vw_status status = vw_subsets_draw(
+        &(struct vw_subsets_params){
+            .photo_count = params->photo_count, .random_sizes = needed + 1, .seed_count = 1, .key = params->key},
+        &plan->subsets);
+    if (!status) drop_all(&plan->subsets);
+    if (!status && plan->subsets.count < needed)
         status = vw_fail(VW_ERROR_INPUT,
                          "--retrainings %" PRIu32 ": %" PRIu32 " photos have only %" PRIu32
                          " subsets of 40 to 100 %%; ask for fewer retrainings",
-                         params->count, params->photo_count, plan->of_photos.count);
+                         params->count, params->photo_count, plan->subsets.count);
     return status;
-}
-
-// Draws subsets of providers. Few providers have few subsets, which are repeated with other seeds.
-static enum vw_status draw_providers(struct vw_worth_plan *plan) {
-    const struct vw_worth_plan_params *params = &plan->params;
-    if (!params->provider_retrainings) return VW_OK;
-    if (plan->provider_count < 2 || plan->provider_count > VW_WORTH_PROVIDERS_MAX)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--provider-retrainings needs 2 to %d providers, and the run has %s; leave it out, or value the "
-                       "scene with other --providers",
-                       VW_WORTH_PROVIDERS_MAX, plan->provider_count < 2 ? "fewer" : "more");
-    return draw(plan->provider_count, params->provider_retrainings, params->key, &plan->of_providers);
 }
 
 enum vw_status vw_worth_plan_make(const struct vw_worth_plan_params *params, struct vw_worth_plan *plan) {
     *plan = (struct vw_worth_plan){.params = *params};
     if (params->photo_count < 2) return vw_fail(VW_ERROR_INPUT, "worth needs at least 2 photos to train on");
-    list_providers(plan);
-    enum vw_status status = draw_photos(plan);
-    return status ? status : draw_providers(plan);
+    return draw(plan);
 }
 
-void vw_worth_plan_free(struct vw_worth_plan *plan) {
-    vw_subsets_free(&plan->of_photos);
-    vw_subsets_free(&plan->of_providers);
-}
+void vw_worth_plan_free(struct vw_worth_plan *plan) { vw_subsets_free(&plan->subsets); }
 
 // ---- Retrainings ---------------------------------------------------------------------------------------------------
 
@@ -92,42 +55,28 @@ static bool has_player(const struct vw_subsets *subsets, uint32_t subset, uint32
     return false;
 }
 
-static const uint64_t PROVIDER_SEEDS = (uint64_t)1 << 31; // apart from those of the others
-
-static bool is_in(const struct vw_worth_plan *plan, bool whole_providers, uint32_t number, uint32_t photo) {
-    if (whole_providers)
-        return has_player(&plan->of_providers, number % plan->of_providers.count, find_provider(plan, photo));
-    return vw_worth_is_of_all(number) || has_player(&plan->of_photos, vw_worth_place(number), photo);
-}
-
-// Lists retraining `number` of its kind.
-static void list_photos(const struct vw_worth_plan *plan, bool whole_providers, uint32_t number, uint32_t *ids,
+// Lists retraining `number`.
+static void list_photos(const struct vw_worth_plan *plan, uint32_t number, uint32_t *ids,
                         struct vw_ledger_retraining *retraining) {
     const struct vw_worth_plan_params *params = &plan->params;
     uint32_t count = 0;
     for (uint32_t i = 0; i < params->photo_count; i++)
-        if (is_in(plan, whole_providers, number, i)) ids[count++] = params->photos[i];
-    *retraining =
-        (struct vw_ledger_retraining){.whole_providers = whole_providers,
-                                      .seed = params->first_seed + number + (whole_providers ? PROVIDER_SEEDS : 0),
-                                      .epochs = params->epochs,
-                                      .image_ids = ids,
-                                      .image_count = count,
-                                      .val_psnr = NAN};
+        if (vw_worth_is_of_all(number) || has_player(&plan->subsets, vw_worth_place(number), i))
+            ids[count++] = params->photos[i];
+    *retraining = (struct vw_ledger_retraining){.seed = params->first_seed + number,
+                                                .epochs = params->epochs,
+                                                .image_ids = ids,
+                                                .image_count = count,
+                                                .val_psnr = NAN};
 }
 
-enum vw_status vw_worth_plan_list(const struct vw_worth_plan *plan, const struct vw_worth_plan_progress *progress,
+enum vw_status vw_worth_plan_list(const struct vw_worth_plan *plan, uint32_t count,
                                   struct vw_ledger_retraining **retrainings) {
     size_t photos = plan->params.photo_count;
-    uint32_t next[2] = {0}, count = progress->photo_retrainings + progress->provider_retrainings;
     struct vw_ledger_retraining *made = vw_allocate(count, sizeof *made + photos * sizeof(uint32_t));
     if (!made) return VW_ERROR_MEMORY;
     uint32_t *ids = (uint32_t *)(made + count);
-    for (uint32_t i = 0; i < count; i++) {
-        bool whole = i < progress->recorded_count ? progress->recorded[i].whole_providers
-                                                  : next[false] >= progress->photo_retrainings;
-        list_photos(plan, whole, next[whole]++, ids + i * photos, &made[i]);
-    }
+    for (uint32_t i = 0; i < count; i++) list_photos(plan, i, ids + i * photos, &made[i]);
     *retrainings = made;
     return VW_OK;
 }

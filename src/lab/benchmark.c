@@ -193,8 +193,7 @@ static enum vw_status retrain_for_worth(struct work *work, uint32_t valued, stru
                                                 .first_seed = worth_seed(work, valued),
                                                 .epochs = work->params->common.config->epochs};
     enum vw_status status = vw_worth_plan_make(&params, &plan);
-    if (!status)
-        status = vw_worth_plan_list(&plan, &(struct vw_worth_plan_progress){.photo_retrainings = most}, retrainings);
+    if (!status) status = vw_worth_plan_list(&plan, most, retrainings);
     if (!status) status = vw_worth_plan_train(*retrainings, 0, most, vw_retrain, &work->retrainer);
     vw_worth_plan_free(&plan);
     return status;

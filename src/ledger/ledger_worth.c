@@ -23,7 +23,6 @@ static enum vw_status insert(struct vw_ledger *ledger, void *context) {
         const struct vw_ledger_retraining *retraining = &adding->retrainings[i];
         char *ids = vw_table_list_ids(retraining->image_ids, retraining->image_count);
         const struct vw_retraining_row row = {.retraining = (uint64_t)first + i,
-                                              .whole_providers = retraining->whole_providers,
                                               .seed = retraining->seed,
                                               .epochs = retraining->epochs,
                                               .image_ids = ids,
@@ -85,8 +84,7 @@ static enum vw_status take_rows(const struct vw_ledger *ledger, const struct vw_
     if (!taken) return VW_ERROR_MEMORY;
     uint32_t *ids = (uint32_t *)(taken + count);
     for (uint64_t i = 0; i < count; i++) {
-        taken[i] = (struct vw_ledger_retraining){.whole_providers = rows[i].whole_providers,
-                                                 .seed = rows[i].seed,
+        taken[i] = (struct vw_ledger_retraining){.seed = rows[i].seed,
                                                  .epochs = rows[i].epochs,
                                                  .image_ids = ids,
                                                  .image_count = read_ids(ledger, rows[i].image_ids, ids),

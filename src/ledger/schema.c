@@ -34,7 +34,7 @@ static const char schema_sql[] =
     " PRIMARY KEY (run_id, image_id, method));"
     "CREATE TABLE retraining ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), retraining INTEGER NOT NULL,"
-    " whole_providers INTEGER NOT NULL CHECK (whole_providers IN (0, 1)), seed INTEGER NOT NULL,"
+    " seed INTEGER NOT NULL,"
     " epochs INTEGER NOT NULL, image_ids TEXT NOT NULL, val_psnr REAL,"
     " PRIMARY KEY (run_id, retraining)) WITHOUT ROWID;"
     "CREATE TABLE lasting ("
@@ -146,7 +146,6 @@ const struct vw_table vw_score_table = {VW_TABLE("score", struct vw_ledger_score
 static const struct vw_column retraining_columns[] = {
     RUN_ID,
     VW_COLUMN(struct vw_retraining_row, COUNT64, retraining),
-    VW_COLUMN(struct vw_retraining_row, FLAG, whole_providers),
     VW_COLUMN(struct vw_retraining_row, COUNT64, seed),
     VW_COLUMN(struct vw_retraining_row, COUNT, epochs),
     VW_COLUMN(struct vw_retraining_row, TEXT, image_ids),

@@ -21,7 +21,6 @@ struct vw_view_row {
 };
 struct vw_retraining_row {
     uint64_t retraining;
-    bool whole_providers;
     uint64_t seed;
     uint32_t epochs;
     const char *image_ids;

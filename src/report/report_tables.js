@@ -50,13 +50,11 @@ function fillProviders() {
   const rows = recordsOf(table).filter(row => row.method === chosen.method).map(row => ({...row, value: number(row.value),
     error: number(row.stderr), photos: number(row.photos), rank: number(row.rank)}));
   for (const row of rows) Object.assign(row, {ci_low: row.value - 1.96 * row.error, ci_high: row.value + 1.96 * row.error});
-  const joint = recordsOf(table).filter(row => row.method === 'joint_worth_psnr');
   const paid = payouts ? recordsOf(payouts) : [], decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows);
   const shown = 'Sums of their photos’ scores by ' + chosen.method + '; bars are the sum ± 1.96 standard errors.';
   byId('providers-note').textContent = (rows.length ? shown : chosen.method + ' does not add up over photos: choose another method.') +
     (paid.length ? ' Each photo is paid by its ' + paid[0].method + ' where that is positive, a provider the sum over its photos' +
-      ' [90 % interval]. Alike: from so many providers it is not told apart.' : '') +
-    (joint.length && chosen.method === 'worth_psnr' ? ' Joint worth: what all photos of a provider are worth together.' : '');
+      ' [90 % interval]. Alike: from so many providers it is not told apart.' : '');
   const sum = row => signed(row.value, decimals), payout = row => paid.find(one => one.provider === row.provider);
   const columns = [
     {title: 'Provider', key: row => row.provider, cell: row => row.provider || 'without provider', class: 'long'},
@@ -67,11 +65,6 @@ function fillProviders() {
     {title: 'Interval', cell: row => intervalBar(row, scale, sum(row)), class: 'wide'},
     {title: '± standard error', cell: row => fixed(row.error, decimals), number: true, class: 'wide'},
   ];
-  const together = row => joint.find(one => one.provider === row.provider);
-  if (joint.length && chosen.method === 'worth_psnr')
-    columns.push({title: 'Joint worth, dB', number: true,
-      cell: row => together(row) ? signed(number(together(row).value), decimals) + ' ± ' +
-        fixed(number(together(row).stderr), decimals) : '–'});
   if (paid.length)
     columns.push({title: 'Payout', number: true, class: 'long',
       cell: row => payout(row) ? payout(row).amount +

@@ -361,8 +361,7 @@ static enum vw_status sort_payouts(struct vw_payouts *made) {
 // ---- All of it ------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_payouts_make(const struct vw_payout_input *input, struct vw_payouts *payouts) {
-    *payouts = (struct vw_payouts){.retraining_count =
-                                       vw_worth_count(input->of.retrainings, input->of.retraining_count, false)};
+    *payouts = (struct vw_payouts){.retraining_count = input->of.retraining_count};
     enum vw_status status = list_photos(input, payouts);
     if (!status) status = list_providers(payouts);
     if (!status) status = pay(input, payouts);

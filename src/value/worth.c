@@ -11,18 +11,12 @@
 #include "value/evaluation/subsets.h"
 #include "viewworth/value.h"
 
-const char vw_worth_method[] = "worth_psnr", vw_joint_worth_method[] = "joint_worth_psnr";
+const char vw_worth_method[] = "worth_psnr";
 const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss", "dv_loss",
                                                              "quality"};
 static const double FEATURE_MOST = 3; // standard deviations: an outlier's score does not measure its worth
 
 bool vw_worth_is_of_all(uint32_t number) { return number % VW_WORTH_REPEAT_EVERY == 0; }
-
-uint32_t vw_worth_count(const struct vw_ledger_retraining *retrainings, uint32_t count, bool whole_providers) {
-    uint32_t found = 0;
-    for (uint32_t i = 0; i < count; i++) found += retrainings[i].whole_providers == whole_providers;
-    return found;
-}
 
 uint32_t vw_worth_place(uint32_t number) { return number - number / VW_WORTH_REPEAT_EVERY - 1; }
 
@@ -34,13 +28,12 @@ double vw_worth_count_possible(uint32_t photo_count) {
     return VW_WORTH_REPEAT_EVERY * groups + 1 + round(rest);
 }
 
-// ---- The game: players, subsets, outcomes --------------------------------------------------------------------------
+// ---- The game: photos that train are its players, with subsets and outcomes
+// ------------------------------------------
 
 struct game {
-    uint32_t *players;       // owned; [image]: its player; NO_PLAYER: it does not train
-    uint32_t *player_photos; // owned; [player]
-    const char **names;      // owned array; [player], of providers
-    uint32_t player_count, photo_count;
+    uint32_t *players; // owned; [image]: its player; NO_PLAYER: it does not train
+    uint32_t player_count;
     struct vw_subsets subsets;
     double *features;                 // owned; [feature][player]
     double expected[VW_WORTH_PRIORS]; // [feature], dB
@@ -51,41 +44,17 @@ enum { NO_PLAYER = UINT32_MAX };
 
 static bool is_trained(const struct vw_ledger_image *image) { return strcmp(image->split, "train") == 0; }
 
-static uint32_t find_player(struct game *game, const char *provider) {
-    for (uint32_t i = 0; i < game->player_count; i++)
-        if (strcmp(game->names[i], provider) == 0) return i;
-    game->names[game->player_count] = provider;
-    return game->player_count++;
-}
-
-// Returns whether there are too many providers for retrainings without each.
-static bool has_too_many(const struct game *game, bool of_providers) {
-    return of_providers && game->player_count > VW_WORTH_PROVIDERS_MAX;
-}
-
-static enum vw_status open_game(const struct vw_worth_input *input, bool of_providers, struct game *game) {
-    *game = (struct game){.players = vw_allocate(input->image_count, sizeof *game->players),
-                          .player_photos = vw_allocate(input->image_count, sizeof *game->player_photos),
-                          .names = vw_allocate(input->image_count, sizeof *game->names)};
-    if (!game->players || !game->player_photos || !game->names) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < input->image_count && !has_too_many(game, of_providers); i++) {
-        const struct vw_ledger_image *image = &input->images[i];
-        const char *provider = image->provider ? image->provider : "";
-        game->players[i] = !is_trained(image) ? (uint32_t)NO_PLAYER
-                           : of_providers     ? find_player(game, provider)
-                                              : game->player_count++;
-        if (game->players[i] == NO_PLAYER) continue;
-        game->player_photos[game->players[i]]++;
-        game->photo_count++;
-    }
+static enum vw_status open_game(const struct vw_worth_input *input, struct game *game) {
+    *game = (struct game){.players = vw_allocate(input->image_count, sizeof *game->players)};
+    if (!game->players) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < input->image_count; i++)
+        game->players[i] = is_trained(&input->images[i]) ? game->player_count++ : (uint32_t)NO_PLAYER;
     return VW_OK;
 }
 
 static void close_game(struct game *game) {
     vw_subsets_free(&game->subsets);
     free(game->players);
-    free(game->player_photos);
-    free(game->names);
     free(game->features);
 }
 
@@ -94,47 +63,39 @@ static uint32_t player_of(const struct vw_worth_input *input, const struct game 
     return image ? game->players[image - input->images] : (uint32_t)NO_PLAYER;
 }
 
-// Adds a retraining as a subset, unless a player of it was there with only a part of its photos.
-static void add_subset(const struct vw_worth_input *input, const struct vw_ledger_retraining *retraining,
-                       uint32_t *photos, struct game *game) {
+// Adds a retraining as a subset, its players ascending.
+static void add_subset(const struct vw_worth_input *input, const struct vw_ledger_retraining *retraining, bool *is_in,
+                       struct game *game) {
     struct vw_subsets *subsets = &game->subsets;
     uint32_t end = subsets->offsets[subsets->count];
-    memset(photos, 0, game->player_count * sizeof *photos);
+    memset(is_in, 0, game->player_count * sizeof *is_in);
     for (uint32_t i = 0; i < retraining->image_count; i++) {
         uint32_t player = player_of(input, game, retraining->image_ids[i]);
-        if (player != NO_PLAYER) photos[player]++;
+        if (player != NO_PLAYER) is_in[player] = true;
     }
-    for (uint32_t i = 0; i < game->player_count; i++) {
-        if (photos[i] && photos[i] != game->player_photos[i]) return;
-        if (photos[i]) subsets->places[end++] = i;
-    }
+    for (uint32_t i = 0; i < game->player_count; i++)
+        if (is_in[i]) subsets->places[end++] = i;
     subsets->results[subsets->count] = (struct vw_retrain_result){.val_psnr = retraining->val_psnr};
     subsets->offsets[++subsets->count] = end;
 }
 
-// Trainings on all photos belong to both games. Those with whole providers do not belong to that of photos: names would
-// decide what photos are worth.
-static enum vw_status list_subsets(const struct vw_worth_input *input, bool of_providers, struct game *game) {
+static enum vw_status list_subsets(const struct vw_worth_input *input, struct game *game) {
     struct vw_subsets *subsets = &game->subsets;
-    uint32_t *photos = vw_allocate(game->player_count, sizeof *photos);
+    bool *is_in = vw_allocate(game->player_count, sizeof *is_in);
     *subsets = (struct vw_subsets){.photo_count = game->player_count, .seed_count = 1};
     subsets->offsets = vw_allocate((size_t)input->retraining_count + 1, sizeof *subsets->offsets);
     subsets->places = vw_allocate(input->retraining_count, game->player_count * sizeof *subsets->places);
     subsets->results = vw_allocate(input->retraining_count, sizeof *subsets->results);
-    bool enough = photos && subsets->offsets && subsets->places && subsets->results;
-    for (uint32_t i = 0; enough && i < input->retraining_count; i++) {
-        const struct vw_ledger_retraining *retraining = &input->retrainings[i];
-        bool all = retraining->image_count == game->photo_count;
-        if ((all && of_providers) || retraining->whole_providers == of_providers)
-            add_subset(input, retraining, photos, game);
-    }
-    free(photos);
+    bool enough = is_in && subsets->offsets && subsets->places && subsets->results;
+    for (uint32_t i = 0; enough && i < input->retraining_count; i++)
+        add_subset(input, &input->retrainings[i], is_in, game);
+    free(is_in);
     return enough ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // ---- The prior -----------------------------------------------------------------------------------------------------
 
-// Averages the scores of a player's photos; false if a photo has none.
+// Reads the scores of all players; false if one has none.
 static bool read_scores(const struct vw_worth_input *input, const struct game *game, const char *method,
                         double *values) {
     uint32_t found = 0;
@@ -144,40 +105,38 @@ static bool read_scores(const struct vw_worth_input *input, const struct game *g
         if (strcmp(score->method, method) != 0 || !score->visits || !isfinite(score->value)) continue;
         uint32_t player = player_of(input, game, score->image_id);
         if (player == NO_PLAYER) continue;
-        values[player] += score->value / game->player_photos[player];
+        values[player] = score->value;
         found++;
     }
-    return found == game->photo_count;
+    return found == game->player_count;
 }
 
 // Scales to mean 0 and variance 1 over the photos, with limits; false if they do not vary. `*deviation` is the divisor.
 static bool standardise(const struct game *game, double *values, double *deviation) {
     double mean = 0, variance = 0, rest = 0;
-    for (uint32_t i = 0; i < game->player_count; i++) mean += values[i] * game->player_photos[i] / game->photo_count;
-    for (uint32_t i = 0; i < game->player_count; i++)
-        variance += pow(values[i] - mean, 2) * game->player_photos[i] / game->photo_count;
+    for (uint32_t i = 0; i < game->player_count; i++) mean += values[i] / game->player_count;
+    for (uint32_t i = 0; i < game->player_count; i++) variance += pow(values[i] - mean, 2) / game->player_count;
     if (!(variance > 0) || !isfinite(variance)) return false;
     *deviation = sqrt(variance);
     for (uint32_t i = 0; i < game->player_count; i++) {
         values[i] = fmax(-FEATURE_MOST, fmin(FEATURE_MOST, (values[i] - mean) / sqrt(variance)));
-        rest += values[i] * game->player_photos[i] / game->photo_count;
+        rest += values[i] / game->player_count;
     }
     for (uint32_t i = 0; i < game->player_count; i++) values[i] -= rest;
     return true;
 }
 
-// Lists the features. The prior of a provider is the mean worth of its photos. Scores that predict in dB, a photo's
-// lasting credit and that mean, enter as they are; the others are scaled by any factor, 0 if they show no effect.
-static enum vw_status list_features(const struct vw_worth_input *input, bool of_providers, struct game *game) {
-    uint32_t count = of_providers ? 1 : VW_WORTH_PRIORS;
-    game->features = vw_allocate(count, game->player_count * sizeof *game->features);
+// Lists the features. Lasting credit, which predicts in dB, enters as it is; the others are scaled by any factor, 0 if
+// they show no effect.
+static enum vw_status list_features(const struct vw_worth_input *input, struct game *game) {
+    game->features = vw_allocate(VW_WORTH_PRIORS, game->player_count * sizeof *game->features);
     if (!game->features) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count; i++) {
-        const char *method = of_providers ? vw_worth_method : vw_worth_prior_methods[i];
+    for (uint32_t i = 0; i < VW_WORTH_PRIORS; i++) {
+        const char *method = vw_worth_prior_methods[i];
         double *values = game->features + (size_t)game->feature_count * game->player_count;
         double deviation = 0;
         if (!read_scores(input, game, method, values) || !standardise(game, values, &deviation)) continue;
-        game->expected[game->feature_count] = of_providers || i == 0 ? deviation : 0;
+        game->expected[game->feature_count] = i == 0 ? deviation : 0;
         game->feature_methods[game->feature_count++] = method;
     }
     return VW_OK;
@@ -198,7 +157,6 @@ static struct vw_worth_params params_of(const struct game *game, enum asked aske
     return (struct vw_worth_params){.subsets = &game->subsets,
                                     .outcome = VW_OUTCOME_VAL_PSNR,
                                     .form = VW_WORTH_MEAN,
-                                    .player_photos = game->player_photos,
                                     .features = game->features,
                                     .expected = game->expected,
                                     .feature_count = game->feature_count,
@@ -206,13 +164,13 @@ static struct vw_worth_params params_of(const struct game *game, enum asked aske
                                     .draw = asked == ASK_DRAWS};
 }
 
-static enum vw_status fit(const struct vw_worth_input *input, bool of_providers, enum asked asked, struct game *game,
+static enum vw_status fit(const struct vw_worth_input *input, enum asked asked, struct game *game,
                           struct vw_worths *worths) {
     *worths = (struct vw_worths){0};
-    enum vw_status status = open_game(input, of_providers, game);
-    if (status || game->player_count < 2 || has_too_many(game, of_providers)) return status;
-    status = list_subsets(input, of_providers, game);
-    if (!status) status = list_features(input, of_providers, game);
+    enum vw_status status = open_game(input, game);
+    if (status || game->player_count < 2) return status;
+    status = list_subsets(input, game);
+    if (!status) status = list_features(input, game);
     const struct vw_worth_params params = params_of(game, asked);
     return status ? status : vw_worths_fit(&params, worths);
 }
@@ -238,7 +196,7 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
                                uint32_t *score_count) {
     struct game game;
     struct vw_worths worths;
-    enum vw_status status = fit(input, false, ASK_WORTHS, &game, &worths);
+    enum vw_status status = fit(input, ASK_WORTHS, &game, &worths);
     for (uint32_t i = 0; !status && worths.count && i < input->image_count; i++) {
         uint32_t player = game.players[i];
         if (player == NO_PLAYER) continue;
@@ -258,47 +216,12 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
     return status;
 }
 
-// ---- Providers -----------------------------------------------------------------------------------------------------
-
-static struct vw_provider_score group_of(const struct game *game, const struct vw_worths *worths, uint32_t player) {
-    return (struct vw_provider_score){.provider = game->names[player],
-                                      .method = vw_joint_worth_method,
-                                      .unit = "dB",
-                                      .value = worths->values[player],
-                                      .standard_error = worths->standard_errors[player],
-                                      .photo_count = game->player_photos[player]};
-}
-
-enum vw_status vw_worth_add_joint(const struct vw_worth_input *input, struct vw_provider_score **groups,
-                                  uint32_t *group_count) {
-    struct game game;
-    struct vw_worths worths;
-    struct vw_provider_score *longer = NULL;
-    enum vw_status status = fit(input, true, ASK_WORTHS, &game, &worths);
-    bool known = !status && worths.count;
-    if (known) {
-        size_t most = (size_t)*group_count + game.player_count;
-        longer = realloc(*groups, most * sizeof *longer);
-        if (!longer) status = vw_fail(VW_ERROR_MEMORY, "out of memory for %zu providers", most);
-    }
-    if (longer) {
-        *groups = longer;
-        for (uint32_t i = 0; i < game.player_count; i++) longer[*group_count + i] = group_of(&game, &worths, i);
-        qsort(longer + *group_count, game.player_count, sizeof *longer, vw_provider_score_compare);
-        for (uint32_t i = 0; i < game.player_count; i++) longer[*group_count + i].rank = i + 1;
-        *group_count += game.player_count;
-    }
-    vw_worths_free(&worths);
-    close_game(&game);
-    return status;
-}
-
 // ---- Draws ---------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_worth_draw(const struct vw_worth_input *input, double *draws) {
     struct game game;
     struct vw_worths worths;
-    enum vw_status status = fit(input, false, ASK_DRAWS, &game, &worths);
+    enum vw_status status = fit(input, ASK_DRAWS, &game, &worths);
     for (size_t r = 0; !status && r < VW_RESAMPLES; r++)
         for (uint32_t i = 0; i < input->image_count; i++) {
             bool known = worths.count && game.players[i] != NO_PLAYER;
@@ -345,13 +268,9 @@ enum vw_status vw_worth_summarise(const struct vw_worth_input *input, struct vw_
     struct game game;
     struct vw_worths worths;
     *summary = (struct vw_worth_summary){
-        .retraining_count = vw_worth_count(input->retrainings, input->retraining_count, false),
-        .provider_retraining_count = vw_worth_count(input->retrainings, input->retraining_count, true),
-        .r2 = NAN,
-        .noise_db = NAN,
-        .ceiling = NAN};
-    enum vw_status status = fit(input, false, ASK_PREDICTIONS, &game, &worths);
-    if (!status) measure_noise(input, game.photo_count, summary);
+        .retraining_count = input->retraining_count, .r2 = NAN, .noise_db = NAN, .ceiling = NAN};
+    enum vw_status status = fit(input, ASK_PREDICTIONS, &game, &worths);
+    if (!status) measure_noise(input, game.player_count, summary);
     if (!status && worths.count) {
         const struct vw_worth_params params = params_of(&game, ASK_PREDICTIONS);
         summary->r2 = worths.r2;

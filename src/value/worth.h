@@ -4,8 +4,7 @@
 // b_i (x_i / s - 1), where s is the share of photos in S and x_i is 1 in S, otherwise 0: at equal steps the members
 // share the training. Worth is the fit's difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2
 // + rho lambda |B - B0|^2, where f has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss and quality
-// that every photo has, and B0 is lasting_psnr in dB, unscaled (value/evaluation/worth_regression.h). The joint worth
-// of a provider is fitted in the same way, with providers as players.
+// that every photo has, and B0 is lasting_psnr in dB, unscaled (value/evaluation/worth_regression.h).
 #ifndef VIEWWORTH_VALUE_WORTH_H
 #define VIEWWORTH_VALUE_WORTH_H
 
@@ -13,24 +12,19 @@
 #include <stdint.h>
 
 #include "value/evaluation/worth_regression.h"
-#include "value/providers.h"
 #include "viewworth/ledger.h"
 
-extern const char vw_worth_method[];       // "worth_psnr"
-extern const char vw_joint_worth_method[]; // "joint_worth_psnr": of all photos of a provider together
+extern const char vw_worth_method[]; // "worth_psnr"
 
 // The plan of retrainings by their number, which no provider's name changes: every VW_WORTH_REPEAT_EVERY-th is on all
-// photos, which shows the noise and the level; the rest are on 40 to 100 % of the photos. Retrainings with whole
-// providers are counted apart, and show joint worths alone.
-enum { VW_WORTH_REPEAT_EVERY = 8, VW_WORTH_PROVIDERS_MAX = 12 };
+// photos, which shows the noise and the level; the rest are on 40 to 100 % of the photos.
+enum { VW_WORTH_REPEAT_EVERY = 8 };
 // Returns whether retraining `number` is on all photos.
 bool vw_worth_is_of_all(uint32_t number);
 // Returns the place of retraining `number` among those that are not on all photos.
 uint32_t vw_worth_place(uint32_t number);
 // Returns how many retrainings the subsets of so many photos suffice for.
 double vw_worth_count_possible(uint32_t photo_count);
-// Counts those with whole providers, or the others.
-uint32_t vw_worth_count(const struct vw_ledger_retraining *retrainings, uint32_t count, bool whole_providers);
 
 // Rows of a ledger. All borrowed.
 struct vw_worth_input {
@@ -54,12 +48,6 @@ const char *vw_worth_first_prior(const struct vw_ledger_score *scores, uint32_t 
 enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_ledger_score *scores,
                                uint32_t *score_count);
 
-// Adds a row of vw_joint_worth_method per provider, the most valuable first, where there are enough retrainings with
-// whole providers: what all photos of one are worth together, which is not the sum of their worths, because they may
-// replace each other. The images have their providers. No one is paid by it. `*groups` may be moved.
-enum vw_status vw_worth_add_joint(const struct vw_worth_input *input, struct vw_provider_score **groups,
-                                  uint32_t *group_count);
-
 // Draws the worths of all photos together VW_RESAMPLES times from what the retrainings leave open: draws[draw][image],
 // NaN for images that do not train, or where there are too few retrainings.
 enum vw_status vw_worth_draw(const struct vw_worth_input *input, double *draws);
@@ -70,8 +58,7 @@ struct vw_worth_claim {
     struct vw_worth_accuracy accuracy;
 };
 struct vw_worth_summary {
-    uint32_t retraining_count, repeat_count; // in all but those with whole providers; on all photos
-    uint32_t provider_retraining_count;      // with whole providers
+    uint32_t retraining_count, repeat_count; // in all; on all photos
     struct vw_worth_claim claims[1 + VW_WORTH_PRIORS];
     uint32_t claim_count;
     double r2;       // over all left-out outcomes, the number of photos included

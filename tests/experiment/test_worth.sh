@@ -11,7 +11,7 @@ sed 's/,p.$/,one/' "$folder/providers.csv" >"$folder/one.csv"
 value() { "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet "${@:2}"; }             # value OUT [OPTION]...
 worth() { "$program" worth "$folder/$1" --device llvmpipe --no-thumbnails --quiet "${@:2}"; }        # worth OUT [OPTION]...
 intact() { run "$program" verify "$folder/$1" --quiet; }                                             # intact OUT
-retrained() { query "$1" 'SELECT whole_providers, seed, epochs, image_ids, val_psnr FROM retraining'; } # retrained OUT
+retrained() { query "$1" 'SELECT seed, epochs, image_ids, val_psnr FROM retraining'; } # retrained OUT
 head_of() { query "$1" 'SELECT final_hash FROM run'; }                                               # head_of OUT
 fresh() { rm -rf "${folder:?}/$1" && cp -r "$folder/before" "$folder/$1"; }                          # fresh OUT: the run without worth
 
@@ -56,25 +56,10 @@ check "with the interval of the accuracy" test "$(sqlite3 :memory: "SELECT CAST(
     (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].ci_low') <=
     (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].spearman')")" = '24|6|worth_psnr|1'
 
-# ---- Whole providers -----------------------------------------------------------------------------------------------------
+# ---- Names of providers --------------------------------------------------------------------------------------------------
 
-rm -rf "$folder/joint" && cp -r "$folder/run" "$folder/joint"
-joint_retrainings() { query joint "SELECT $1 FROM retraining WHERE whole_providers"; } # joint_retrainings COLUMNS
-scores_of() { query "$1" 'SELECT image_id, method, value, stderr, ci_low, ci_high FROM score'; }   # scores_of OUT
-check "retrainings with whole providers come besides" \
-    prints '^worth from 24 retrainings, 3 of them on all photos; 12 more with whole providers$' \
-    worth joint --retrainings 24 --provider-retrainings 12
-check "a provider's photos are in or out together" test "$(query joint "SELECT count(*) FROM retraining WHERE whole_providers AND
-    (instr(image_ids, '0') > 0) = (instr(image_ids, '1') > 0) AND (instr(image_ids, '2') > 0) = (instr(image_ids, '3') > 0)")" = 12
-check "with seeds of their own" test "$(query joint 'SELECT count(DISTINCT seed) FROM retraining')" = 36
-check "they say what providers are worth jointly" test "$(grep -c ',joint_worth_psnr,.*,dB,.*,2,' "$folder/joint/providers.csv")" = 3
-check "and change the worth of no photo" test "$(scores_of joint)" = "$(scores_of run)"
-check "nor the retrainings that follow" eval 'run worth joint --retrainings 32 && run worth run --retrainings 32 &&
-    [[ $(query joint "SELECT seed, image_ids, val_psnr FROM retraining WHERE NOT whole_providers") == \
-       "$(query run "SELECT seed, image_ids, val_psnr FROM retraining")" ]]'
-check "whose run is intact" intact joint
-check "a run without providers cannot have them" fails 2 'provider-retrainings needs 2 to 12 providers' \
-    worth nameless --provider-retrainings 8
+scores_of() { query "$1" 'SELECT image_id, method, value, stderr, ci_low, ci_high FROM score'; } # scores_of OUT
+check "more retrainings follow" run worth run --retrainings 32
 # The same run without names of providers has the same retrainings, and the same worth of photos.
 check "no names: the same retrainings" eval 'run worth nameless --retrainings 32 && [[ $(retrained nameless) == "$(retrained run)" ]]'
 check "and the same worth" test "$(scores_of nameless)" = "$(scores_of run)"

@@ -97,7 +97,7 @@ FOLDER_TEST(retrainings_come_back_until_the_run_goes_on) {
     assert_int_equal(count, TEST_RETRAINING_COUNT + 1);
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_ledger_retraining *expected = &test_retraining_store[i < TEST_RETRAINING_COUNT ? i : 1];
-        assert_true(read[i].whole_providers == expected->whole_providers && read[i].seed == expected->seed);
+        assert_true(read[i].seed == expected->seed);
         assert_true(read[i].epochs == expected->epochs && read[i].image_count == expected->image_count);
         assert_memory_equal(read[i].image_ids, expected->image_ids, expected->image_count * sizeof(uint32_t));
         assert_true(read[i].val_psnr == expected->val_psnr || (isnan(read[i].val_psnr) && isnan(expected->val_psnr)));
@@ -120,7 +120,7 @@ FOLDER_TEST(tables_are_as_contracted) {
          "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
         {"score", "run_id,image_id,method,value,unit,stderr,visits,ci_low,ci_high,rank_ci_low,rank_ci_high"},
-        {"retraining", "run_id,retraining,whole_providers,seed,epochs,image_ids,val_psnr"},
+        {"retraining", "run_id,retraining,seed,epochs,image_ids,val_psnr"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
         AUTO_FREE char *sql = vw_format_text(

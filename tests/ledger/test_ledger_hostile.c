@@ -221,7 +221,6 @@ FOLDER_TEST(rows_that_no_run_writes_are_refused) {
         "DELETE FROM retraining WHERE retraining = 0",
         "UPDATE retraining SET seed = -1",
         "UPDATE retraining SET epochs = 4294967296",
-        "UPDATE retraining SET whole_providers = 2",
         "UPDATE retraining SET val_psnr = 9e999",
     };
     // No list of photos that are in the ledger to train on, in order, once each.

@@ -135,7 +135,7 @@ static inline bool follow_chain(const char *path, bool rewrite) {
               " ORDER BY rowid",
               0);
     feed_rows(&state, raw,
-              "SELECT run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr FROM retraining"
+              "SELECT run_id, retraining, seed, epochs, image_ids, val_psnr FROM retraining"
               " ORDER BY retraining",
               0);
     if (swept) feed_rows(&state, raw, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", 0);

@@ -140,13 +140,13 @@ static const struct vw_ledger_score test_scores[TEST_SCORE_COUNT] = {
     {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3, 0.01, 0.02, 1, 1},
 };
 
-// All train photos, and a provider's.
+// All train photos, and two of them.
 static const uint32_t test_bobs[] = {2, 5};
 enum { TEST_RETRAINING_COUNT = 3 };
 static const struct vw_ledger_retraining test_retraining_store[TEST_RETRAINING_COUNT] = {
-    {false, 7, 2, test_train_views, TEST_TRAIN_COUNT, 17.5},
-    {true, 8, 2, test_bobs, 2, 15.25},
-    {false, 9, 2, test_train_views, 3, NAN},
+    {7, 2, test_train_views, TEST_TRAIN_COUNT, 17.5},
+    {8, 2, test_bobs, 2, 15.25},
+    {9, 2, test_train_views, 3, NAN},
 };
 
 static inline struct vw_ledger *test_ledger_create(const char *path) {

@@ -14,29 +14,20 @@ static const double PER_LOG_SHARE_DB = 3;
 // The worth of each photo alone. Photos 2 and 5 harm; photo 9's worth is 0 (see set_up).
 static double given_db[PHOTOS] = {2, 1, -9, 3, 0.5, -12, 1.5, 0, 2.5, 0, 1, 2};
 
-// Returns an outcome without noise. With `copies`, photos 0 to 3 are the same: one of them gives as much as all.
-static double play(const uint32_t *ids, uint32_t count, bool copies) {
-    double sum = 0, different = 0;
-    bool seen = false;
-    for (uint32_t i = 0; i < count; i++) {
-        if (copies && ids[i] < 4 && seen) continue;
-        seen |= ids[i] < 4;
-        sum += given_db[ids[i]];
-        different++;
+// Returns an outcome without noise.
+static double play(const uint32_t *ids, uint32_t count) {
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += given_db[ids[i]];
+    return 20 + PER_LOG_SHARE_DB * log((double)count / PHOTOS) + sum / count;
+}
+
+static double worth_of(uint32_t photo) {
+    uint32_t all[PHOTOS], others[PHOTOS], count = 0;
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        all[i] = i;
+        if (i != photo) others[count++] = i;
     }
-    return 20 + PER_LOG_SHARE_DB * log(different / PHOTOS) + sum / different;
-}
-
-// Returns the outcome without the photos `first` to `first + left_out - 1`.
-static double play_without(uint32_t first, uint32_t left_out, bool copies) {
-    uint32_t ids[PHOTOS], count = 0;
-    for (uint32_t i = 0; i < PHOTOS; i++)
-        if (i < first || i >= first + left_out) ids[count++] = i;
-    return play(ids, count, copies);
-}
-
-static double worth_of(uint32_t first, uint32_t count, bool copies) {
-    return play_without(0, 0, copies) - play_without(first, count, copies);
+    return play(all, PHOTOS) - play(others, count);
 }
 
 static int set_up(void **state) {
@@ -44,7 +35,7 @@ static int set_up(void **state) {
     double low = -20, high = 20;
     for (int i = 0; i < 60; i++) {
         given_db[9] = (low + high) / 2;
-        if (worth_of(9, 1, false) > 0) high = given_db[9];
+        if (worth_of(9) > 0) high = given_db[9];
         else low = given_db[9];
     }
     return 0;
@@ -59,53 +50,37 @@ struct played {
     struct vw_worth_input input;
 };
 
-static void take_subset(const struct vw_subsets *subsets, uint32_t place, uint32_t each, struct played *played,
-                        uint32_t row) {
-    uint32_t count = 0;
-    for (uint32_t i = subsets->offsets[place]; i < subsets->offsets[place + 1]; i++)
-        for (uint32_t j = 0; j < each; j++) played->ids[row][count++] = subsets->places[i] * each + j;
-    played->rows[row].image_count = count;
+// Lists the photos of a retraining.
+static void deal(const struct vw_subsets *subsets, uint32_t number, struct played *played) {
+    uint32_t *ids = played->ids[number], count = 0, place = vw_worth_place(number);
+    for (uint32_t j = 0; j < PHOTOS && vw_worth_is_of_all(number); j++) ids[count++] = j;
+    if (!vw_worth_is_of_all(number))
+        for (uint32_t i = subsets->offsets[place]; i < subsets->offsets[place + 1]; i++)
+            ids[count++] = subsets->places[i];
+    played->rows[number] = (struct vw_ledger_retraining){.image_ids = ids, .image_count = count};
 }
 
-// Lists the photos of retraining `number` of its kind.
-static void deal(const struct vw_subsets *subsets, bool whole_providers, uint32_t number, uint32_t each,
-                 struct played *played, uint32_t row) {
-    played->rows[row] = (struct vw_ledger_retraining){
-        .image_ids = played->ids[row], .image_count = PHOTOS, .whole_providers = whole_providers};
-    for (uint32_t j = 0; j < PHOTOS; j++) played->ids[row][j] = j;
-    if (whole_providers) take_subset(subsets, number % subsets->count, each, played, row);
-    else if (!vw_worth_is_of_all(number)) take_subset(subsets, vw_worth_place(number), 1, played, row);
-}
-
-// Plays `count` retrainings. With `providers`, each has the same number of neighbouring photos, and PER_PROVIDER
-// retrainings more for each have whole providers.
-enum { PER_PROVIDER = 4 };
-static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, uint32_t providers, bool copies) {
+// Plays `count` retrainings. With `providers`, each has the same number of neighbouring photos.
+static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, uint32_t providers) {
     static const char *const names[] = {"ada", "bob", "cyd", "dee"};
     struct played *played = calloc(1, sizeof *played);
-    struct vw_subsets of_photos, of_providers;
-    uint32_t all = count + PER_PROVIDER * providers;
+    struct vw_subsets subsets;
     assert_non_null(played);
-    assert_true(all <= MOST);
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 0, count, 1, seed + 1}, &of_photos));
-    ASSERT_OK(
-        vw_subsets_draw(&(struct vw_subsets_params){providers ? providers : 2, 0, count, 1, seed + 1}, &of_providers));
+    assert_true(count <= MOST);
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 0, count, 1, seed + 1}, &subsets));
     for (uint32_t i = 0; i < PHOTOS; i++)
         played->images[i] = (struct vw_ledger_image){.image_id = i,
                                                      .name = "photo",
                                                      .split = "train",
                                                      .provider = providers ? names[i * providers / PHOTOS] : ""};
-    for (uint32_t i = 0; i < all; i++) {
-        bool whole = i >= count;
-        deal(whole ? &of_providers : &of_photos, whole, whole ? i - count : i, whole ? PHOTOS / providers : 1, played,
-             i);
+    for (uint32_t i = 0; i < count; i++) {
+        deal(&subsets, i, played);
         played->rows[i].val_psnr =
-            play(played->ids[i], played->rows[i].image_count, copies) + noise_db * test_normal(seed, 5, i);
+            play(played->ids[i], played->rows[i].image_count) + noise_db * test_normal(seed, 5, i);
     }
-    vw_subsets_free(&of_photos);
-    vw_subsets_free(&of_providers);
+    vw_subsets_free(&subsets);
     played->input = (struct vw_worth_input){.retrainings = played->rows,
-                                            .retraining_count = all,
+                                            .retraining_count = count,
                                             .images = played->images,
                                             .image_count = PHOTOS,
                                             .scores = played->scores};
@@ -134,7 +109,7 @@ static double error_of(struct played *played) {
     double error = 0;
     const struct vw_ledger_score *worths = find_worths(played, &count);
     assert_int_equal(count, PHOTOS);
-    for (uint32_t i = 0; i < PHOTOS; i++) error += pow(worths[i].value - worth_of(i, 1, false), 2) / PHOTOS;
+    for (uint32_t i = 0; i < PHOTOS; i++) error += pow(worths[i].value - worth_of(i), 2) / PHOTOS;
     return sqrt(error);
 }
 
@@ -149,13 +124,13 @@ TEST(every_eighth_retraining_is_of_all) {
 }
 
 TEST(known_worths_are_found) {
-    AUTO_FREE struct played *played = play_game(100, 0, 1, 0, false);
+    AUTO_FREE struct played *played = play_game(100, 0, 1, 0);
     uint32_t count;
     const struct vw_ledger_score *worths = find_worths(played, &count);
     assert_int_equal(count, PHOTOS);
     for (uint32_t i = 0; i < PHOTOS; i++) {
-        if (!(fabs(worths[i].value - worth_of(i, 1, false)) < 1e-3))
-            fail_msg("photo %u is worth %g, not %g", i, worths[i].value, worth_of(i, 1, false));
+        if (!(fabs(worths[i].value - worth_of(i)) < 1e-3))
+            fail_msg("photo %u is worth %g, not %g", i, worths[i].value, worth_of(i));
         assert_true(worths[i].image_id == i && worths[i].visits > 40 && worths[i].visits < 100);
         assert_true(worths[i].rank_ci_low >= 1 && worths[i].rank_ci_high <= PHOTOS);
     }
@@ -167,12 +142,12 @@ TEST(known_worths_are_found) {
 TEST(intervals_hold_the_worths) {
     uint32_t held = 0, zero_known = 0, all = 0;
     for (uint32_t game = 0; game < 40; game++) {
-        AUTO_FREE struct played *played = play_game(game % 4 < 2 ? 2 * PHOTOS : 4 * PHOTOS, 0.1, 100 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(game % 4 < 2 ? 2 * PHOTOS : 4 * PHOTOS, 0.1, 100 + game, 0);
         uint32_t count;
         if (game % 2) add_score(played, "dv_psnr", 1, 3, 100 + game);
         const struct vw_ledger_score *worths = find_worths(played, &count);
         for (uint32_t i = 0; i < PHOTOS; i++, all++)
-            held += worths[i].ci_low <= worth_of(i, 1, false) && worth_of(i, 1, false) <= worths[i].ci_high;
+            held += worths[i].ci_low <= worth_of(i) && worth_of(i) <= worths[i].ci_high;
         zero_known += worths[9].ci_low > 0 || worths[9].ci_high < 0;
     }
     print_message("%u of %u intervals hold, %u of 40 are sure of a photo of no worth\n", held, all, zero_known);
@@ -185,11 +160,11 @@ TEST(few_retrainings_leave_wide_intervals) {
     uint32_t held = 0, all = 0;
     double width = 0;
     for (uint32_t game = 0; game < 40; game++) {
-        AUTO_FREE struct played *played = play_game(PHOTOS - 2, 0.1, 500 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(PHOTOS - 2, 0.1, 500 + game, 0);
         uint32_t count;
         const struct vw_ledger_score *worths = find_worths(played, &count);
         for (uint32_t i = 0; i < PHOTOS; i++, all++) {
-            held += worths[i].ci_low <= worth_of(i, 1, false) && worth_of(i, 1, false) <= worths[i].ci_high;
+            held += worths[i].ci_low <= worth_of(i) && worth_of(i) <= worths[i].ci_high;
             width += (worths[i].ci_high - worths[i].ci_low) / (40 * PHOTOS);
         }
     }
@@ -202,7 +177,7 @@ TEST(few_retrainings_leave_wide_intervals) {
 TEST(a_prior_helps_where_it_is_right) {
     double none = 0, good = 0, chance = 0;
     for (uint32_t game = 0; game < 20; game++) {
-        AUTO_FREE struct played *played = play_game(PHOTOS + 2, 0.3, 200 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(PHOTOS + 2, 0.3, 200 + game, 0);
         none += error_of(played) / 20;
         add_score(played, "dv_psnr", 1, 0.5, 200 + game);
         good += error_of(played) / 20;
@@ -220,8 +195,8 @@ static double difference_error_of(struct played *played) {
     uint32_t count;
     const struct vw_ledger_score *worths = find_worths(played, &count);
     double level = 0, sum = 0;
-    for (uint32_t i = 0; i < PHOTOS; i++) level += (worths[i].value - worth_of(i, 1, false)) / PHOTOS;
-    for (uint32_t i = 0; i < PHOTOS; i++) sum += pow(worths[i].value - worth_of(i, 1, false) - level, 2);
+    for (uint32_t i = 0; i < PHOTOS; i++) level += (worths[i].value - worth_of(i)) / PHOTOS;
+    for (uint32_t i = 0; i < PHOTOS; i++) sum += pow(worths[i].value - worth_of(i) - level, 2);
     return sqrt(sum / PHOTOS);
 }
 
@@ -230,14 +205,14 @@ static double difference_error_of(struct played *played) {
 TEST(lasting_credit_is_taken_at_its_word) {
     double of_any_unit = 0, lasting = 0, wrong = 0, none = 0;
     for (uint32_t game = 0; game < 20; game++) {
-        struct played *played = play_game(VW_WORTH_FOLDS + 2, 1, 300 + game, 0, false);
+        struct played *played = play_game(VW_WORTH_FOLDS + 2, 1, 300 + game, 0);
         add_score(played, "dv_psnr", 1, 0.1, 300 + game);
         of_any_unit += difference_error_of(played) / 20;
         played->input.score_count = 0;
         add_score(played, "lasting_psnr", 1, 0.1, 300 + game);
         lasting += difference_error_of(played) / 20;
         free(played);
-        played = play_game(4 * PHOTOS, 0.1, 300 + game, 0, false);
+        played = play_game(4 * PHOTOS, 0.1, 300 + game, 0);
         none += difference_error_of(played) / 20;
         add_score(played, "lasting_psnr", 0, 1, 300 + game);
         wrong += difference_error_of(played) / 20;
@@ -250,7 +225,7 @@ TEST(lasting_credit_is_taken_at_its_word) {
 }
 
 TEST(too_few_retrainings_have_no_worths) {
-    AUTO_FREE struct played *played = play_game(VW_WORTH_FOLDS - 1, 0, 1, 0, false);
+    AUTO_FREE struct played *played = play_game(VW_WORTH_FOLDS - 1, 0, 1, 0);
     struct vw_worth_summary summary;
     uint32_t count;
     find_worths(played, &count);
@@ -275,7 +250,7 @@ TEST(what_cannot_be_known_is_not_claimed) {
     uint32_t sure = 0;
     double mean = 0;
     for (uint32_t game = 0; game < 20; game++) {
-        AUTO_FREE struct played *played = play_game(40, 0, 300 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(40, 0, 300 + game, 0);
         struct vw_worth_summary summary;
         for (uint32_t i = 0; i < 40; i++)
             played->rows[i].val_psnr =
@@ -295,11 +270,11 @@ TEST(what_cannot_be_known_is_not_claimed) {
 
 TEST(the_claim_grows_with_what_is_known) {
     struct vw_worth_summary exact, noisy;
-    struct played *played = play_game(100, 0.01, 5, 0, false);
+    struct played *played = play_game(100, 0.01, 5, 0);
     add_score(played, "dv_psnr", 1, 0, 1);
     ASSERT_OK(vw_worth_summarise(&played->input, &exact));
     free(played);
-    played = play_game(100, 0.6, 5, 0, false);
+    played = play_game(100, 0.6, 5, 0);
     ASSERT_OK(vw_worth_summarise(&played->input, &noisy));
     free(played);
     assert_true(exact.claims[0].accuracy.spearman > 0.99 && exact.claims[0].accuracy.r2 > 0.99 && exact.ceiling > 0.99);
@@ -308,53 +283,7 @@ TEST(the_claim_grows_with_what_is_known) {
     assert_true(noisy.claims[0].accuracy.spearman < exact.claims[0].accuracy.ci_low && noisy.ceiling < exact.ceiling);
     if (fabs(noisy.noise_db - 0.6) > 0.3) fail_msg("the noise is %g dB, not 0.6", noisy.noise_db); // in 13 trainings
     assert_int_equal(exact.retraining_count, 100);
-    assert_true(exact.repeat_count >= 13 && exact.provider_retraining_count == 0);
-}
-
-// ---- Providers -----------------------------------------------------------------------------------------------------
-
-// Ada's four photos are copies: each alone is worth little, since the others stand in for it; together they are worth
-// what one gives. The sum over photos does not say that, trainings with and without her do.
-TEST(a_provider_is_worth_what_all_its_photos_are) {
-    AUTO_FREE struct played *played = play_game(108, 0.02, 7, 3, true);
-    struct vw_provider_score *groups = calloc(1, sizeof *groups);
-    uint32_t count, group_count = 1;
-    assert_non_null(groups);
-    *groups = (struct vw_provider_score){.method = "dv_psnr", .provider = "ada", .value = 5};
-    find_worths(played, &count);
-    played->input.score_count = count;
-    ASSERT_OK(vw_worth_add_joint(&played->input, &groups, &group_count));
-    assert_true(group_count == 4 && groups[0].value == 5);
-    for (uint32_t i = 1; i < 4; i++) {
-        uint32_t first = (uint32_t)(groups[i].provider[0] - 'a') * 4;
-        double expected = worth_of(first, 4, true);
-        print_message("%s is worth %.3f ± %.3f dB, expected %.3f\n", groups[i].provider, groups[i].value,
-                      groups[i].standard_error, expected);
-        if (fabs(groups[i].value - expected) > 0.25 * fabs(expected) + 0.3)
-            fail_msg("%s is worth %g, not %g", groups[i].provider, groups[i].value, expected);
-        assert_string_equal(groups[i].method, vw_joint_worth_method);
-        assert_true(groups[i].photo_count == 4 && (i == 1 || groups[i - 1].value >= groups[i].value));
-    }
-    played->input.retraining_count = 40; // without trainings of providers
-    group_count = 1;
-    ASSERT_OK(vw_worth_add_joint(&played->input, &groups, &group_count));
-    assert_int_equal(group_count, 1);
-    free(groups);
-}
-
-// Retrainings with whole providers, which follow from names, change no photo's worth to the bit, nor its draws.
-TEST(whole_providers_change_no_worth) {
-    AUTO_FREE struct played *with = play_game(40, 0.1, 3, 3, false), *without = play_game(40, 0.1, 3, 0, false);
-    AUTO_FREE double *draws = calloc(2 * VW_RESAMPLES, PHOTOS * sizeof *draws);
-    uint32_t count;
-    assert_non_null(draws);
-    assert_int_equal(with->input.retraining_count, without->input.retraining_count + 12);
-    const struct vw_ledger_score *a = find_worths(with, &count), *b = find_worths(without, &count);
-    for (uint32_t i = 0; i < PHOTOS; i++)
-        assert_true(a[i].value == b[i].value && a[i].ci_low == b[i].ci_low && a[i].ci_high == b[i].ci_high);
-    ASSERT_OK(vw_worth_draw(&with->input, draws));
-    ASSERT_OK(vw_worth_draw(&without->input, draws + (size_t)VW_RESAMPLES * PHOTOS));
-    assert_memory_equal(draws, draws + (size_t)VW_RESAMPLES * PHOTOS, VW_RESAMPLES * PHOTOS * sizeof *draws);
+    assert_true(exact.repeat_count >= 13);
 }
 
 // ---- Draws ---------------------------------------------------------------------------------------------------------
@@ -366,7 +295,7 @@ TEST(draws_are_as_wide_as_intervals) {
     AUTO_FREE double *draws = calloc(VW_RESAMPLES, PHOTOS * sizeof *draws);
     assert_non_null(draws);
     for (size_t n = 0; n < VW_ARRAY_COUNT(numbers); n++) {
-        AUTO_FREE struct played *played = play_game(numbers[n], 0.3, 11, 0, false);
+        AUTO_FREE struct played *played = play_game(numbers[n], 0.3, 11, 0);
         uint32_t count;
         add_score(played, "dv_psnr", 1, 3, 11);
         const struct vw_ledger_score *worths = find_worths(played, &count);
@@ -389,14 +318,14 @@ TEST(intervals_hold_the_payouts) {
     enum { GAMES = 40, PROVIDERS = 3, CENTS = 100000 };
     uint32_t held = 0, apart = 0, all = 0;
     for (uint32_t game = 0; game < GAMES; game++) {
-        AUTO_FREE struct played *played = play_game(game % 2 ? PHOTOS : 3 * PHOTOS, 0.3, 700 + game, PROVIDERS, false);
+        AUTO_FREE struct played *played = play_game(game % 2 ? PHOTOS : 3 * PHOTOS, 0.3, 700 + game, PROVIDERS);
         struct vw_payouts payouts;
         uint32_t count;
         double whole = 0, real[PROVIDERS] = {0};
         find_worths(played, &count);
         played->input.score_count = count;
         for (uint32_t i = 0; i < PHOTOS; i++) {
-            double worth = fmax(worth_of(i, 1, false), 0);
+            double worth = fmax(worth_of(i), 0);
             whole += worth, real[i * PROVIDERS / PHOTOS] += worth;
         }
         const struct vw_payout_input input = {

@@ -9,7 +9,6 @@
 static struct vw_worth_run_params params_of(const struct vw_options *options, const char *out, uint32_t retrainings) {
     return (struct vw_worth_run_params){.out = out,
                                         .retrainings = retrainings,
-                                        .provider_retrainings = options->provider_retrainings,
                                         .until_confidence = options->until_confidence,
                                         .together = options->together,
                                         .report = options->report,

@@ -144,7 +144,6 @@ static void print_duplicates(const struct vw_attribution *attribution) {
 
 void vw_attribution_print(const struct vw_attribution *attribution) {
     print_groups(attribution, attribution->method, "sum of their photos");
-    print_groups(attribution, vw_joint_worth_method, "all their photos at once, by trainings with and without them");
     print_payouts(attribution);
     print_duplicates(attribution);
 }

@@ -36,16 +36,13 @@ static void print_claims(const struct vw_worth_summary *summary) {
 
 static void print_origin(const struct vw_worth_run *result) {
     const struct vw_worth_summary *summary = &result->summary;
-    char more[48] = "";
-    if (summary->provider_retraining_count)
-        snprintf(more, sizeof more, "; %u more with whole providers", summary->provider_retraining_count);
     if (result->prior)
         vw_print(
             "worth without retrainings is its prior alone: %s, whose level is unknown; --retrainings M measures it\n",
             result->prior);
     else
-        vw_print("worth from %u retrainings, %u of them on all photos%s\n", summary->retraining_count,
-                 summary->repeat_count, more);
+        vw_print("worth from %u retrainings, %u of them on all photos\n", summary->retraining_count,
+                 summary->repeat_count);
 }
 
 static void print_text(const struct vw_worth_run *result, const struct vw_ranking *ranking, double until_confidence) {
@@ -79,11 +76,10 @@ static json_t *photos_to_json(const struct vw_worth_run *result, const struct vw
 static json_t *to_json(const struct vw_worth_run *result, const struct vw_ranking *ranking) {
     const struct vw_worth_summary *summary = &result->summary;
     const struct vw_rows claims = vw_claim_rows(summary);
-    json_t *root = json_pack("{s:s, s:s*, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:s, s:s*, s:s*, s:s}", "method",
+    json_t *root = json_pack("{s:s, s:s*, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:s, s:s*, s:s*, s:s}", "method",
                              result->prior ? result->prior : vw_worth_method, "prior", result->prior, "retrainings",
                              (json_int_t)summary->retraining_count, "on_all_photos", (json_int_t)summary->repeat_count,
-                             "with_whole_providers", (json_int_t)summary->provider_retraining_count, "accuracy",
-                             vw_rows_to_json(&claims), "r2", vw_json_real(summary->r2), "noise_db",
+                             "accuracy", vw_rows_to_json(&claims), "r2", vw_json_real(summary->r2), "noise_db",
                              vw_json_real(summary->noise_db), "ceiling", vw_json_real(summary->ceiling), "photos",
                              photos_to_json(result, ranking), "ledger", result->recorded.ledger_path, "scores",
                              result->scores_path, "report", result->outputs.report_path, "head", result->head);

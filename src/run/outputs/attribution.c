@@ -76,9 +76,6 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
     enum vw_status status =
         vw_providers_score(scoring->scores, scoring->score_count, attribution->images, scoring->input.image_count,
                            &attribution->groups, &attribution->group_count);
-    struct vw_worth_input worth = vw_scoring_worth_input(scoring);
-    worth.images = attribution->images;
-    if (!status) status = vw_worth_add_joint(&worth, &attribution->groups, &attribution->group_count);
     if (status || !attribution->group_count) return status;
     struct vw_csv_text table = {0};
     const struct vw_rows rows = vw_provider_rows(attribution->groups, attribution->group_count);

@@ -98,7 +98,6 @@ static enum vw_status make_groups(const struct vw_worth_input *worth, const char
     uint32_t group_count = 0;
     enum vw_status status =
         vw_providers_score(worth->scores, worth->score_count, worth->images, worth->image_count, &groups, &group_count);
-    if (!status) status = vw_worth_add_joint(worth, &groups, &group_count);
     const struct vw_rows rows = vw_provider_rows(groups, group_count);
     if (!status && group_count > 0) status = vw_rows_make_csv(path, &rows, made);
     free(groups);

@@ -46,26 +46,18 @@ struct regression {
 
 // ---- Rows ----
 
-static double photos_of(const struct vw_worth_params *params, uint32_t player) {
-    return params->player_photos ? params->player_photos[player] : 1;
-}
-
 // Makes the row of the subset whose players have `in`; scratch of the caller.
 static void make_row(const struct regression *regression, const bool *in, double *row) {
     const struct vw_worth_params *params = regression->params;
     uint32_t players = params->subsets->photo_count;
-    double of_subset = 0, all = 0;
-    for (uint32_t i = 0; i < players; i++) {
-        all += photos_of(params, i);
-        if (in[i]) of_subset += photos_of(params, i);
-    }
-    double share = of_subset / all;
+    double of_subset = 0;
+    for (uint32_t i = 0; i < players; i++) of_subset += in[i];
+    double share = of_subset / players;
     bool mean = params->form == VW_WORTH_MEAN;
     row[CONSTANT] = 1;
     row[SIZE] = mean ? log(share) : share - 0.5;
     for (uint32_t i = 0; i < players; i++)
-        row[regression->first_player + i] =
-            photos_of(params, i) * (mean ? (in[i] ? 1 / share : 0) - 1 : (in[i] ? 1 : 0) - share);
+        row[regression->first_player + i] = mean ? (in[i] ? 1 / share : 0) - 1 : (in[i] ? 1 : 0) - share;
     for (uint32_t f = 0; f < params->feature_count; f++) {
         row[FIRST_FEATURE + f] = 0;
         for (uint32_t i = 0; i < players; i++)
@@ -409,11 +401,11 @@ static void add_unseen(const struct regression *regression, double spread, doubl
         double share = vw_dot(directions, basis, players);
         for (uint32_t j = 0; j < players; j++) directions[j] -= share * basis[j];
     }
-    double all = 0, sum = 0;
-    for (uint32_t j = 0; j < players; j++) all += photos_of(params, j), sum += photos_of(params, j) * directions[j];
+    double sum = 0, share = (players - 1.) / players; // of the photos without one
+    bool mean = params->form == VW_WORTH_MEAN;
+    for (uint32_t j = 0; j < players; j++) sum += directions[j];
     for (uint32_t i = 0; i < players; i++) {
-        double photos = photos_of(params, i), share = (all - photos) / all, own = photos * directions[i];
-        bool mean = params->form == VW_WORTH_MEAN;
+        double own = directions[i];
         worths[i] += spread * ((mean ? 1 : share) * own - (mean ? 1 / share - 1 : 1 - share) * (sum - own));
     }
 }

@@ -25,9 +25,8 @@ struct vw_worth_params {
     const struct vw_subsets *subsets; // subsets of players
     enum vw_outcome outcome;
     enum vw_worth_form form;
-    const uint32_t *player_photos; // photos that each player brings; NULL: 1
-    const double *features;        // [feature][player], per photo, of mean 0; NULL with feature_count 0
-    const double *expected;        // [feature], dB: the coefficient toward which B is shrunk; NULL: 0
+    const double *features; // [feature][player], of mean 0; NULL with feature_count 0
+    const double *expected; // [feature], dB: the coefficient toward which B is shrunk; NULL: 0
     uint32_t feature_count;
     bool predict;  // fill `predicted`, `by_size`, pearson and r2, which takes VW_WORTH_FOLDS fits more
     bool resample; // fill `resampled`
