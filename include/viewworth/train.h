@@ -137,7 +137,7 @@ struct vw_config_field {
         bool differs;
         double value;
     } own[VW_FIELD_COUNT];    // defaults that differ from vw_config_default
-    const char *const *names; // those of a choice
+    const char *const *names; // names of the values of a choice
 };
 enum { VW_CONFIG_RANGE_BYTES = 64 };
 // Lists the fields, but for effects, pilot_steps, base_seed and initial. vw_config_find() returns that of an option;

@@ -87,7 +87,7 @@ for effect in unbounded wide_box appearance_code visibility transient pose appea
     check "$effect is refused by name" fails 2 "--effects: .*$effect" value refused 2 --effects "$effect"
 done
 check "rays that are no squares are refused" fails 2 '--rays: a multiple of 256' value refused 2 --rays 300
-check "so are samples" fails 2 '--samples and --importance-samples: splats have no samples' value refused 2 --samples 24
+check "so are samples" fails 2 '--samples: needs --field hash or mlp, not splats' value refused 2 --samples 24
 check "SSIM is refused without splats" fails 2 '--ssim-weight: needs --field splats, not hash' \
     value refused 2 --field hash --ssim-weight 0.2
 check "and lasting credit" fails 2 'cannot go back through splats' value refused 2 --lasting

@@ -372,7 +372,7 @@ TEST(settings_that_splats_cannot_have_are_refused_by_name) {
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--rays");
     config = test_config_of(VW_FIELD_SPLATS);
     config.importance_samples = 16;
-    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--samples");
+    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--importance-samples: needs --field hash or mlp");
     config = vw_config_default;
     config.splats = 10;
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--field splats");
