@@ -8,8 +8,8 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "experiment/experiment.h"
+#include "experiment/measured_views.h"
 #include "experiment/retrain.h"
-#include "experiment/whole_views.h"
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 

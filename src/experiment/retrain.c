@@ -15,9 +15,6 @@
 #include "train/trainer.h"
 #include "viewworth/log.h"
 
-// Without whole_views, at most PIXELS_OF_SPLIT pixels of a split are measured, the same number in every view, but at
-// least PIXELS_OF_VIEW_MIN in each.
-enum { PIXELS_OF_SPLIT = 1 << 13, PIXELS_OF_VIEW_MIN = 1 << 10, WHOLE_VIEWS = 0 };
 static const double REPORT_S = 20; // between two lines of the log
 
 static uint32_t epochs_of(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
@@ -126,7 +123,7 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hasher_add_text(&hasher, "viewworth retraining 2");
     vw_hasher_add_text(&hasher, retrainer->base_id);
     vw_hasher_add_integer(&hasher, epochs_of(retrainer, retraining));
-    vw_hasher_add_integer(&hasher, retrainer->params.whole_views ? WHOLE_VIEWS : PIXELS_OF_SPLIT);
+    vw_hasher_add_integer(&hasher, retrainer->params.whole_views ? 0 : VW_PIXELS_OF_SPLIT);
     vw_hasher_add_integer(&hasher, retrainer->params.equal);
     vw_hasher_add_integer(&hasher, retrainer->params.averaged_epochs);
     vw_hasher_add_integer(&hasher, (int64_t)retraining->seed);
@@ -152,80 +149,6 @@ struct making {
     uint32_t view_count;
     double val_psnr; // after the last step, of gains; NaN: no step had a value yet
 };
-
-// The measurements of single views.
-struct measured_views {
-    uint32_t *views, count; // scene indices
-    struct vw_view_error *errors;
-    double *ssims; // NaN of a view that has none
-};
-
-// Lists the validation and test photos, then the photos that the retraining asks for.
-static enum vw_status list_measured_views(const struct vw_scene *scene, const struct vw_retrain_params *retraining,
-                                          struct measured_views *measured) {
-    uint32_t photo_count = gains(retraining) ? 0 : retraining->photo_count, most = scene->view_count + photo_count;
-    *measured = (struct measured_views){.views = vw_allocate(most, sizeof *measured->views),
-                                        .errors = vw_allocate(most, sizeof *measured->errors),
-                                        .ssims = vw_allocate(most, sizeof *measured->ssims)};
-    if (!measured->views || !measured->errors || !measured->ssims) return VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST)
-            measured->views[measured->count++] = v;
-    for (uint32_t i = 0; i < photo_count; i++) measured->views[measured->count++] = retraining->photos[i].image_id;
-    for (uint32_t i = 0; i < measured->count; i++) measured->ssims[i] = NAN;
-    return VW_OK;
-}
-
-// Averages over the measured views of a split, by their weights.
-static void average_split(const struct vw_scene *scene, enum vw_split split, const struct measured_views *measured,
-                          double *psnr_db, double *ssim, double *l1) {
-    double of_split = 0, ssim_sum = 0, with_ssim = 0;
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (scene->views[v].split == split) of_split += scene->views[v].weight;
-    *psnr_db = *l1 = of_split > 0 ? 0 : NAN;
-    for (uint32_t i = 0; i < measured->count; i++) {
-        const struct vw_view *view = &scene->views[measured->views[i]];
-        if (view->split != split) continue;
-        *psnr_db += view->weight * vw_psnr_db(measured->errors[i].mse) / of_split;
-        *l1 += view->weight * measured->errors[i].l1 / of_split;
-        if (isnan(measured->ssims[i])) continue;
-        ssim_sum += view->weight * measured->ssims[i];
-        with_ssim += view->weight;
-    }
-    *ssim = with_ssim > 0 ? ssim_sum / with_ssim : NAN;
-}
-
-static enum vw_status measure_shares(struct vw_trainer *trainer, const struct vw_scene *scene,
-                                     struct measured_views *measured) {
-    uint32_t larger = scene->split_count[VW_SPLIT_VAL];
-    if (larger < scene->split_count[VW_SPLIT_TEST]) larger = scene->split_count[VW_SPLIT_TEST];
-    uint32_t pixels = PIXELS_OF_SPLIT / (larger ? larger : 1);
-    if (pixels < PIXELS_OF_VIEW_MIN) pixels = PIXELS_OF_VIEW_MIN;
-    return vw_trainer_measure_views(trainer, measured->views, measured->count, pixels, measured->errors);
-}
-
-static void free_measured(struct measured_views *measured) {
-    free(measured->views);
-    free(measured->errors);
-    free(measured->ssims);
-}
-
-// Measures both splits at once, since setting up costs most when few pixels are measured. Free the measurements also
-// after a failure.
-static enum vw_status measure(const struct vw_retrainer *retrainer, const struct making *making,
-                              struct measured_views *measured, struct vw_retrain_result *result) {
-    const struct vw_scene *scene = retrainer->params.session->scene;
-    const struct vw_saved_views saved = saved_by(retrainer, making->retraining);
-    enum vw_status status = list_measured_views(scene, making->retraining, measured);
-    if (!status && retrainer->params.whole_views)
-        status = vw_whole_views_measure(making->trainer, measured->views, measured->count, &saved, making->id,
-                                        measured->errors, measured->ssims);
-    else if (!status) status = measure_shares(making->trainer, scene, measured);
-    if (status) return status;
-    average_split(scene, VW_SPLIT_VAL, measured, &result->val_psnr, &result->val_ssim, &result->val_l1);
-    average_split(scene, VW_SPLIT_TEST, measured, &result->test_psnr, &result->test_ssim, &result->test_l1);
-    return VW_OK;
-}
 
 enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
                                      uint32_t count) {
@@ -345,7 +268,7 @@ static enum vw_status begin(void *context, const struct vw_pool_seat *seat, enum
     return status || recalled ? status : create(work->retrainer, making, seat->device);
 }
 
-static enum vw_status add_views(struct making *making, const struct measured_views *measured) {
+static enum vw_status add_views(struct making *making, const struct vw_measured_views *measured) {
     const struct vw_retrain_params *retraining = making->retraining;
     if (!making->views) making->views = vw_allocate(measured->count + retraining->photo_count, sizeof *making->views);
     if (!making->views) return VW_ERROR_MEMORY;
@@ -379,10 +302,13 @@ static void take_photos(struct making *making) {
 
 static enum vw_status take_measures(const struct vw_retrainer *retrainer, struct making *making) {
     struct vw_retrain_result measured, *mean = making->result;
-    struct measured_views views;
-    enum vw_status status = measure(retrainer, making, &views, &measured);
+    struct vw_measured_views views;
+    const struct vw_saved_views saved = saved_by(retrainer, making->retraining);
+    enum vw_status status =
+        vw_measured_views_make(making->trainer, retrainer->params.session->scene, making->retraining,
+                               retrainer->params.whole_views ? &saved : NULL, making->id, &views, &measured);
     if (!status) status = add_views(making, &views);
-    free_measured(&views);
+    vw_measured_views_free(&views);
     if (status) return status;
     mean->val_psnr += measured.val_psnr / making->ends;
     mean->val_ssim += measured.val_ssim / making->ends;
@@ -499,3 +425,37 @@ enum vw_status vw_retrainer_compare(const struct vw_retrainer *retrainer, struct
                    "the recorded ones (%.9g dB): this program did not make it on this device",
                    id, result->val_psnr, its.val_psnr);
 }
+
+// ---- Retraining the photos of a recorded run ----
+
+enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const struct vw_device_choice *devices,
+                                        struct vw_session *session) {
+    enum vw_status status = vw_recorded_open_scene(recorded, devices->first ? devices->first : recorded->row.device);
+    if (!status) status = vw_recorded_check_images(recorded);
+    if (status) return status;
+    session->devices[0].gpu = recorded->gpu;
+    session->device_count = 1;
+    session->scene = recorded->scene;
+    session->effect_count = recorded->effect_count;
+    memcpy(session->effects, recorded->effects, sizeof session->effects);
+    status = vw_submissions_create(recorded->gpu, &session->devices[0].submissions);
+    return status ? status : vw_session_open_others(devices, false, session);
+}
+
+void vw_session_close_recorded(struct vw_session *session) {
+    session->scene = NULL;
+    session->devices[0].gpu = NULL;
+    vw_session_close(session);
+}
+
+struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps) {
+    struct vw_config config = recorded->config;
+    // A budget or --until-stable may have ended the run before all of its epochs.
+    uint32_t last = steps->record_count ? steps->records[steps->record_count - 1].epoch : 0;
+    if (last < config.epochs) config.epochs = last + 1;
+    config.vary = VW_VARY_ALL; // seeds of a run of `reproduce --vary` change less
+    config.base_seed = 0;
+    return config;
+}
+
+uint64_t vw_first_seed_after(uint64_t own) { return own < (uint64_t)INT64_MAX - UINT32_MAX ? own + 1 : 0; }

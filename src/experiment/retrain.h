@@ -8,7 +8,7 @@
 
 #include "base/hash.h"
 #include "base/interrupt.h"
-#include "experiment/whole_views.h"
+#include "experiment/measured_views.h"
 #include "ledger/retraining_store.h"
 #include "run/recorded/recorded_run.h"
 #include "run/session.h"
