@@ -1,12 +1,11 @@
 // The decisions of pilots, kept from run to run: the same scene, pilots, device and version decide at once, and alike.
 //
 // A file per search in the user's cache folder (base/cache.h): a BLAKE2b-256 of its key and of what follows, in hex, a
-// line end, and the decisions as run.effects_json. A file that is damaged, of another key or not plausible counts as
-// missing, and the pilots are made again. No cache is worth an error. Files are replaced as a whole, so that several
-// programs may share the folder.
+// line end, and the decisions as run.effects_json. A file that is damaged or of another key counts as missing, and the
+// pilots are made again. No cache is worth an error. Files are replaced as a whole, so that several programs may share
+// the folder.
 #include "detect/decide.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -80,24 +79,6 @@ static void hash_content(const uint8_t key[VW_HASH_BYTES], const char *json, cha
 
 // ---- Reading --------------------------------------------------------------------------------------------------------
 
-// Checks the names against the registry: anyone who can write the file can also write its hash, and its text is
-// printed.
-static bool is_plausible(const struct vw_effect_verdict *verdicts, uint32_t count) {
-    uint32_t known;
-    const struct vw_effect *effects = vw_effects_get(&known);
-    for (uint32_t i = 0; i < count; i++) {
-        const struct vw_effect_verdict *it = &verdicts[i];
-        bool conflicts = false;
-        for (uint32_t c = 0; c < VW_EFFECT_CONFLICTS_MAX && effects[i].conflicts[c].name; c++)
-            conflicts |= vw_effects_is_on(verdicts, count, effects[i].conflicts[c].name);
-        for (const char *c = it->measured_on; *c; c++)
-            if (!isprint((unsigned char)*c)) return false;
-        if (it->called_for && (effects[i].on_request || conflicts)) return false;
-        if (it->called_for && !(it->evidence_low >= it->threshold)) return false;
-    }
-    return count == known;
-}
-
 static bool read_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], struct vw_effect_verdict *verdicts,
                           uint32_t *count) {
     void *file = NULL;
@@ -109,7 +90,7 @@ static bool read_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], st
     if (size_bytes > HEX_LENGTH && text[HEX_LENGTH] == '\n' && strlen(text) == size_bytes) {
         hash_content(key, text + HEX_LENGTH + 1, hex);
         read = strncmp(text, hex, HEX_LENGTH) == 0 &&
-               vw_effects_from_json(text + HEX_LENGTH + 1, verdicts, count) == VW_OK && is_plausible(verdicts, *count);
+               vw_effects_from_json(text + HEX_LENGTH + 1, verdicts, count) == VW_OK;
     }
     free(file);
     return read;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/json.h"
+#include "base/rows.h"
 
 // Appends a name to a list, with its reason; the first one after `lead`.
 static void append(char line[VW_EFFECT_LINE_BYTES], bool *any, const char *lead, const char *name, const char *reason) {
@@ -54,26 +55,34 @@ void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFF
              verdict->meaning, verdict->measured_on[0] ? "; " : "", verdict->measured_on);
 }
 
+// ---- JSON ----
+
+static const struct vw_column columns[] = {
+    VW_COLUMN(struct vw_effect_verdict, TEXT, name),
+    VW_COLUMN(struct vw_effect_verdict, FLAG, called_for),
+    VW_COLUMN(struct vw_effect_verdict, REAL_OR_NULL, evidence),
+    VW_COLUMN(struct vw_effect_verdict, REAL_OR_NULL, evidence_stderr),
+    VW_COLUMN(struct vw_effect_verdict, REAL_OR_NULL, evidence_low),
+    VW_COLUMN(struct vw_effect_verdict, REAL_OR_NULL, threshold),
+    VW_COLUMN(struct vw_effect_verdict, TEXT, meaning),
+    VW_COLUMN(struct vw_effect_verdict, FLAG, on),
+    VW_COLUMN(struct vw_effect_verdict, REAL_OR_NULL, ms_per_step),
+    VW_COLUMN(struct vw_effect_verdict, REAL_OR_NULL, device_bytes),
+    VW_COLUMN(struct vw_effect_verdict, CHARS, measured_on),
+};
+
 json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t count) {
-    json_t *array = json_array();
-    for (uint32_t i = 0; i < count; i++) {
-        const struct vw_effect_verdict *verdict = &verdicts[i];
-        vw_json_append(&array,
-                       json_pack("{s:s, s:b, s:o, s:o, s:o, s:o, s:s, s:b, s:o, s:o, s:s}", "name", verdict->name,
-                                 "called_for", verdict->called_for, "evidence", vw_json_real(verdict->evidence),
-                                 "evidence_stderr", vw_json_real(verdict->evidence_stderr), "evidence_low",
-                                 vw_json_real(verdict->evidence_low), "threshold", vw_json_real(verdict->threshold),
-                                 "meaning", verdict->meaning, "on", verdict->on, "ms_per_step",
-                                 vw_json_real(verdict->ms_per_step), "device_bytes",
-                                 vw_json_real(verdict->device_bytes), "measured_on", verdict->measured_on));
-    }
-    return array;
+    const struct vw_rows rows = VW_ROWS(columns, verdicts, count);
+    return vw_rows_to_json(&rows);
 }
 
-// Returns NaN for null, and for keys that older ledgers lack.
-static double number_of(const json_t *entry, const char *key) {
-    const json_t *value = json_object_get(entry, key);
-    return json_is_number(value) ? json_number_value(value) : NAN;
+// Reads a flag or a number; NaN for null, and for keys that older ledgers lack.
+static void read_cell(const json_t *entry, const struct vw_column *column, struct vw_effect_verdict *verdict) {
+    const json_t *value = json_object_get(entry, column->name);
+    void *member = (char *)verdict + column->offset;
+    if (column->kind == VW_COLUMN_FLAG) *(bool *)member = json_is_true(value);
+    else if (column->kind == VW_COLUMN_REAL_OR_NULL)
+        *(double *)member = json_is_number(value) ? json_number_value(value) : NAN;
 }
 
 static enum vw_status read_verdict(const json_t *entry, struct vw_effect_verdict *verdicts, uint32_t count) {
@@ -85,14 +94,7 @@ static enum vw_status read_verdict(const json_t *entry, struct vw_effect_verdict
         return vw_fail(VW_ERROR_INPUT,
                        "run.effects_json of the ledger: \"%s\" is not an effect of this version; use a newer one",
                        name);
-    verdict->called_for = json_is_true(json_object_get(entry, "called_for"));
-    verdict->on = json_is_true(json_object_get(entry, "on"));
-    verdict->evidence = number_of(entry, "evidence");
-    verdict->evidence_stderr = number_of(entry, "evidence_stderr");
-    verdict->evidence_low = number_of(entry, "evidence_low");
-    verdict->threshold = number_of(entry, "threshold");
-    verdict->ms_per_step = number_of(entry, "ms_per_step");
-    verdict->device_bytes = number_of(entry, "device_bytes");
+    for (size_t c = 0; c < VW_ARRAY_COUNT(columns); c++) read_cell(entry, &columns[c], verdict);
     snprintf(verdict->measured_on, sizeof verdict->measured_on, "%s", measured_on ? measured_on : "");
     return VW_OK;
 }

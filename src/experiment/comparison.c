@@ -191,8 +191,7 @@ static enum vw_status train(struct work *work) {
                                                           .count = comparison->rendered_count,
                                                           .folder = work->pictures_folder,
                                                           .seed = comparison->params->common.config->seed};
-    if (!status) status = vw_retrainer_announce(&work->retrainer, work->retrainings, count);
-    if (!status) status = vw_retrain(&work->retrainer, work->retrainings, count, results);
+    if (!status) status = vw_retrain_announced(&work->retrainer, work->retrainings, count, results);
     for (uint32_t i = 0; !status && i < count; i++)
         comparison->results[(size_t)(i % lists) * comparison->training_count + i / lists] = results[i];
     free(results);

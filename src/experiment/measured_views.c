@@ -6,6 +6,7 @@
 
 #include "base/inside.h"
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "image/image.h"
 #include "train/trainer.h"
 

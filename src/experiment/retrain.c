@@ -377,6 +377,13 @@ enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrain
     return status;
 }
 
+enum vw_status vw_retrain_announced(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
+                                    uint32_t count, struct vw_retrain_result *results) {
+    retrainer->planned = count;
+    enum vw_status status = vw_retrainer_announce(retrainer, retrainings, count);
+    return status ? status : vw_retrain(retrainer, retrainings, count, results);
+}
+
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                                        struct vw_retrain_view *views, uint32_t view_count) {
     char id[VW_HASH_HEX_BYTES];

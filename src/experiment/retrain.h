@@ -65,6 +65,10 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 
+// Does both: announces all retrainings of a command and makes them.
+enum vw_status vw_retrain_announced(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
+                                    uint32_t count, struct vw_retrain_result *results);
+
 // Compares a result that this retrainer has made, and its single photos, with those that another store has, if any.
 // VW_ERROR_MISMATCH when a bit differs; only the CPU time may.
 enum vw_status vw_retrainer_compare(const struct vw_retrainer *retrainer, struct vw_retraining_store *recorded,

@@ -134,9 +134,7 @@ static enum vw_status train(struct work *work) {
     uint32_t count = work->result->training_count;
     struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
     if (!results) return VW_ERROR_MEMORY;
-    work->retrainer.planned = count;
-    enum vw_status status = vw_retrainer_announce(&work->retrainer, work->retrainings, count);
-    if (!status) status = vw_retrain(&work->retrainer, work->retrainings, count, results);
+    enum vw_status status = vw_retrain_announced(&work->retrainer, work->retrainings, count, results);
     free(results);
     return status;
 }

@@ -9,7 +9,7 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "experiment/retrain.h"
-#include "experiment/worth_plan.h"
+#include "experiment/worth_subsets.h"
 #include "report/tables.h"
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
@@ -30,7 +30,7 @@ struct work {
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
     struct vw_payout_request payout;
-    struct vw_worth_plan plan;
+    struct vw_worth_subsets drawn;
     struct vw_checksums made; // result files
 };
 
@@ -47,7 +47,7 @@ static uint32_t count_recorded(const struct work *work) { return work->result->s
 static enum vw_status list_retrainings(const struct work *work, uint32_t count, struct vw_ledger_retraining **rows) {
     const struct vw_scoring *scoring = &work->result->scoring;
     struct vw_ledger_retraining *made = NULL;
-    enum vw_status status = vw_worth_plan_list(&work->plan, count, &made);
+    enum vw_status status = vw_worth_retrainings_list(&work->drawn, count, &made);
     for (uint32_t i = 0; !status && i < scoring->retraining_count; i++) {
         made[i].val_psnr = scoring->retrainings[i].val_psnr;
         if (!is_same(&made[i], &scoring->retrainings[i]))
@@ -93,7 +93,7 @@ static enum vw_status add_group(struct work *work, uint32_t count) {
     struct vw_ledger_retraining *rows = NULL;
     uint32_t first = scoring->retraining_count;
     enum vw_status status = list_retrainings(work, count, &rows);
-    if (!status) status = vw_worth_plan_train(rows, first, count, vw_retrain, &work->retrainer);
+    if (!status) status = vw_worth_retrainings_train(rows, first, count, vw_retrain, &work->retrainer);
     if (!status) status = vw_scoring_set_retrainings(scoring, rows, count);
     else free(rows);
     return status ? status : record(work, first);
@@ -119,7 +119,7 @@ static enum vw_status announce(struct work *work) {
     struct vw_ledger_retraining *rows = NULL;
     struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
     enum vw_status status = trained ? list_retrainings(work, first + count, &rows) : VW_ERROR_MEMORY;
-    if (!status) vw_worth_plan_describe(rows + first, count, trained);
+    if (!status) vw_worth_retrainings_describe(rows + first, count, trained);
     if (!status) status = vw_retrainer_announce(&work->retrainer, trained, count);
     free(rows);
     free(trained);
@@ -197,15 +197,15 @@ static enum vw_status open_run(struct work *work) {
     return VW_OK;
 }
 
-static enum vw_status plan(struct work *work) {
+static enum vw_status draw_subsets(struct work *work) {
     const struct vw_retrainer *retrainer = &work->retrainer;
-    const struct vw_worth_plan_params params = {.photos = retrainer->train_views,
-                                                .photo_count = retrainer->train_count,
-                                                .count = count_recorded(work) + count_missing(work),
-                                                .key = work->config.seed + 1,
-                                                .first_seed = vw_first_seed_after(work->config.seed),
-                                                .epochs = work->config.epochs};
-    return vw_worth_plan_make(&params, &work->plan);
+    const struct vw_worth_subsets_params params = {.photos = retrainer->train_views,
+                                                   .photo_count = retrainer->train_count,
+                                                   .count = count_recorded(work) + count_missing(work),
+                                                   .key = work->config.seed + 1,
+                                                   .first_seed = vw_first_seed_after(work->config.seed),
+                                                   .epochs = work->config.epochs};
+    return vw_worth_subsets_draw(&params, &work->drawn);
 }
 
 static enum vw_status open_session(struct work *work) {
@@ -226,7 +226,7 @@ static enum vw_status open_retrainer(struct work *work, const char *out) {
                                                .averaged_epochs = VW_TRUTH_EPOCHS,
                                                .interrupt = work->params->interrupt};
     enum vw_status status = vw_retrainer_open(&params, &work->retrainer);
-    return status ? status : plan(work);
+    return status ? status : draw_subsets(work);
 }
 
 // Returns whether a kill left retrainings without their report, or without the list that is written after it.
@@ -266,7 +266,7 @@ enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
 }
 
 static void close_work(struct work *work) {
-    vw_worth_plan_free(&work->plan);
+    vw_worth_subsets_free(&work->drawn);
     vw_retrainer_close(&work->retrainer);
     vw_session_close_recorded(&work->session);
     vw_ledger_close(&work->ledger);
@@ -318,10 +318,8 @@ static enum vw_status make_again(struct work *work, uint32_t count) {
     struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
     enum vw_status status =
         trained && results ? list_retrainings(work, scoring->retraining_count, &rows) : VW_ERROR_MEMORY;
-    work->retrainer.planned = count;
-    if (!status) vw_worth_plan_describe(rows, count, trained);
-    if (!status) status = vw_retrainer_announce(&work->retrainer, trained, count);
-    if (!status) status = vw_retrain(&work->retrainer, trained, count, results);
+    if (!status) vw_worth_retrainings_describe(rows, count, trained);
+    if (!status) status = vw_retrain_announced(&work->retrainer, trained, count, results);
     if (!status) status = compare_all(work, trained, results, count);
     free(rows);
     free(trained);

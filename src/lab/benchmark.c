@@ -11,7 +11,7 @@
 #include "base/text.h"
 #include "experiment/experiment.h"
 #include "experiment/retrain.h"
-#include "experiment/worth_plan.h"
+#include "experiment/worth_subsets.h"
 #include "lab/benchmark_files.h"
 #include "lab/evaluation/exact_values.h"
 #include "lab/evaluation/leave_one_out.h"
@@ -185,17 +185,17 @@ static enum vw_status find_worths(struct work *work) {
 static enum vw_status retrain_for_worth(struct work *work, uint32_t valued, struct vw_ledger_retraining **retrainings) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
     uint32_t most = worth_retrainings_most(work->params);
-    struct vw_worth_plan plan = {0};
-    const struct vw_worth_plan_params params = {.photos = evaluation->photos,
-                                                .photo_count = evaluation->photo_count,
-                                                .count = most,
-                                                .key = work->params->common.config->seed + valued + 1,
-                                                .first_seed = worth_seed(work, valued),
-                                                .epochs = work->params->common.config->epochs};
-    enum vw_status status = vw_worth_plan_make(&params, &plan);
-    if (!status) status = vw_worth_plan_list(&plan, most, retrainings);
-    if (!status) status = vw_worth_plan_train(*retrainings, 0, most, vw_retrain, &work->retrainer);
-    vw_worth_plan_free(&plan);
+    struct vw_worth_subsets drawn = {0};
+    const struct vw_worth_subsets_params params = {.photos = evaluation->photos,
+                                                   .photo_count = evaluation->photo_count,
+                                                   .count = most,
+                                                   .key = work->params->common.config->seed + valued + 1,
+                                                   .first_seed = worth_seed(work, valued),
+                                                   .epochs = work->params->common.config->epochs};
+    enum vw_status status = vw_worth_subsets_draw(&params, &drawn);
+    if (!status) status = vw_worth_retrainings_list(&drawn, most, retrainings);
+    if (!status) status = vw_worth_retrainings_train(*retrainings, 0, most, vw_retrain, &work->retrainer);
+    vw_worth_subsets_free(&drawn);
     return status;
 }
 

@@ -1,4 +1,4 @@
-#include "experiment/worth_plan.h"
+#include "experiment/worth_subsets.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -23,29 +23,29 @@ static void drop_all(struct vw_subsets *subsets) {
     subsets->count = kept;
 }
 
-static enum vw_status draw(struct vw_worth_plan *plan) {
-    const struct vw_worth_plan_params *params = &plan->params;
+static enum vw_status draw(struct vw_worth_subsets *drawn) {
+    const struct vw_worth_subsets_params *params = &drawn->params;
     uint32_t needed = params->count - (params->count + VW_WORTH_REPEAT_EVERY - 1) / VW_WORTH_REPEAT_EVERY;
     enum vw_status status = vw_subsets_draw(
         &(struct vw_subsets_params){
             .photo_count = params->photo_count, .random_sizes = needed + 1, .seed_count = 1, .key = params->key},
-        &plan->subsets);
-    if (!status) drop_all(&plan->subsets);
-    if (!status && plan->subsets.count < needed)
+        &drawn->subsets);
+    if (!status) drop_all(&drawn->subsets);
+    if (!status && drawn->subsets.count < needed)
         status = vw_fail(VW_ERROR_INPUT,
                          "--retrainings %" PRIu32 ": %" PRIu32 " photos have only %" PRIu32
                          " subsets of 40 to 100 %%; ask for fewer retrainings",
-                         params->count, params->photo_count, plan->subsets.count);
+                         params->count, params->photo_count, drawn->subsets.count);
     return status;
 }
 
-enum vw_status vw_worth_plan_make(const struct vw_worth_plan_params *params, struct vw_worth_plan *plan) {
-    *plan = (struct vw_worth_plan){.params = *params};
+enum vw_status vw_worth_subsets_draw(const struct vw_worth_subsets_params *params, struct vw_worth_subsets *drawn) {
+    *drawn = (struct vw_worth_subsets){.params = *params};
     if (params->photo_count < 2) return vw_fail(VW_ERROR_INPUT, "worth needs at least 2 photos to train on");
-    return draw(plan);
+    return draw(drawn);
 }
 
-void vw_worth_plan_free(struct vw_worth_plan *plan) { vw_subsets_free(&plan->subsets); }
+void vw_worth_subsets_free(struct vw_worth_subsets *drawn) { vw_subsets_free(&drawn->subsets); }
 
 // ---- Retrainings ---------------------------------------------------------------------------------------------------
 
@@ -56,12 +56,12 @@ static bool has_player(const struct vw_subsets *subsets, uint32_t subset, uint32
 }
 
 // Lists retraining `number`.
-static void list_photos(const struct vw_worth_plan *plan, uint32_t number, uint32_t *ids,
+static void list_photos(const struct vw_worth_subsets *drawn, uint32_t number, uint32_t *ids,
                         struct vw_ledger_retraining *retraining) {
-    const struct vw_worth_plan_params *params = &plan->params;
+    const struct vw_worth_subsets_params *params = &drawn->params;
     uint32_t count = 0;
     for (uint32_t i = 0; i < params->photo_count; i++)
-        if (vw_worth_is_of_all(number) || has_player(&plan->subsets, vw_worth_place(number), i))
+        if (vw_worth_is_of_all(number) || has_player(&drawn->subsets, vw_worth_place(number), i))
             ids[count++] = params->photos[i];
     *retraining = (struct vw_ledger_retraining){.seed = params->first_seed + number,
                                                 .epochs = params->epochs,
@@ -70,30 +70,30 @@ static void list_photos(const struct vw_worth_plan *plan, uint32_t number, uint3
                                                 .val_psnr = NAN};
 }
 
-enum vw_status vw_worth_plan_list(const struct vw_worth_plan *plan, uint32_t count,
-                                  struct vw_ledger_retraining **retrainings) {
-    size_t photos = plan->params.photo_count;
+enum vw_status vw_worth_retrainings_list(const struct vw_worth_subsets *drawn, uint32_t count,
+                                         struct vw_ledger_retraining **retrainings) {
+    size_t photos = drawn->params.photo_count;
     struct vw_ledger_retraining *made = vw_allocate(count, sizeof *made + photos * sizeof(uint32_t));
     if (!made) return VW_ERROR_MEMORY;
     uint32_t *ids = (uint32_t *)(made + count);
-    for (uint32_t i = 0; i < count; i++) list_photos(plan, i, ids + i * photos, &made[i]);
+    for (uint32_t i = 0; i < count; i++) list_photos(drawn, i, ids + i * photos, &made[i]);
     *retrainings = made;
     return VW_OK;
 }
 
-void vw_worth_plan_describe(const struct vw_ledger_retraining *retrainings, uint32_t count,
-                            struct vw_retrain_params *trained) {
+void vw_worth_retrainings_describe(const struct vw_ledger_retraining *retrainings, uint32_t count,
+                                   struct vw_retrain_params *trained) {
     for (uint32_t i = 0; i < count; i++)
         trained[i] = (struct vw_retrain_params){
             .views = retrainings[i].image_ids, .view_count = retrainings[i].image_count, .seed = retrainings[i].seed};
 }
 
-enum vw_status vw_worth_plan_train(struct vw_ledger_retraining *retrainings, uint32_t first, uint32_t count,
-                                   vw_retrain_function *retrain, void *context) {
+enum vw_status vw_worth_retrainings_train(struct vw_ledger_retraining *retrainings, uint32_t first, uint32_t count,
+                                          vw_retrain_function *retrain, void *context) {
     struct vw_retrain_params *trained = vw_allocate(count - first, sizeof *trained);
     struct vw_retrain_result *results = vw_allocate(count - first, sizeof *results);
     enum vw_status status = trained && results ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) vw_worth_plan_describe(retrainings + first, count - first, trained);
+    if (!status) vw_worth_retrainings_describe(retrainings + first, count - first, trained);
     if (!status) status = retrain(context, trained, count - first, results);
     for (uint32_t i = first; !status && i < count; i++)
         retrainings[i].val_psnr = isfinite(results[i - first].val_psnr) ? results[i - first].val_psnr : NAN;
