@@ -9,7 +9,7 @@
 #include "experiment/experiment.h"
 #include "experiment/photo_sets.h"
 #include "ledger/retraining.h"
-#include "value/evaluation/paired_comparison.h"
+#include "value/evaluation/outcomes.h"
 
 enum { VW_VALUATIONS_MAX = 20, VW_COMPARISON_SAMPLES_MAX = 64 }; // seeds or valuations
 

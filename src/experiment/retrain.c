@@ -156,14 +156,16 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
     struct vw_retrain_result recorded;
     struct vw_config config;
     uint32_t left = 0;
-    char id[VW_HASH_HEX_BYTES], about[VW_ABOUT_BYTES];
-    enum vw_status status = VW_OK;
+    char(*ids)[VW_HASH_HEX_BYTES] = vw_allocate(count, sizeof *ids), about[VW_ABOUT_BYTES];
+    enum vw_status status = ids ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i < count; i++) {
         bool found = false;
-        vw_retrainer_name(retrainer, &retrainings[i], id);
-        status = vw_retraining_store_find(retrainer->retrainings, id, &found, &recorded);
+        vw_retrainer_name(retrainer, &retrainings[i], ids[i]);
+        status = vw_retraining_store_find(retrainer->retrainings, ids[i], &found, &recorded);
+        for (uint32_t j = 0; j < i && !found; j++) found = !strcmp(ids[j], ids[i]);
         left += !found;
     }
+    free(ids);
     if (status || !left) return status;
     const struct vw_trainer_params params = params_of(retrainer, retrainings, 0, &config);
     status = vw_estimate_take_steps(&params, &estimate);

@@ -53,7 +53,7 @@ void vw_retrainer_close(struct vw_retrainer *retrainer);
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]);
 
-// Logs, before vw_retrain() makes them, how many of these retrainings are to be made and about how long that takes, by
+// Logs, before vw_retrain() makes them, how many different ones of these are to be made and about how long that takes, by
 // steps that it measures.
 enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
                                      uint32_t count);

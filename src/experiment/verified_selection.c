@@ -24,8 +24,7 @@ struct work {
     struct vw_scorings scorings;
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
-    struct vw_retrain_params *retrainings; // owned; different ones
-    struct vw_retrain_view *judges;        // owned; the validation photos
+    struct vw_retrain_view *judges; // owned; the validation photos
     uint32_t judge_count;
     double *psnr_db; // owned; [list][seed][judge]: of the list that the judge's scores did not select
 };
@@ -103,38 +102,18 @@ static struct vw_retrain_params retraining_of(const struct work *work, uint32_t 
         .views = selection->image_ids, .view_count = selection->count, .seed = work->result->first_seed + seed};
 }
 
-static bool is_listed(const struct vw_retrain_params *retrainings, uint32_t count,
-                      const struct vw_retrain_params *retraining) {
-    bool listed = false;
-    for (uint32_t i = 0; i < count && !listed; i++)
-        listed =
-            retrainings[i].seed == retraining->seed && retrainings[i].view_count == retraining->view_count &&
-            memcmp(retrainings[i].views, retraining->views, retraining->view_count * sizeof *retraining->views) == 0;
-    return listed;
-}
-
-// Lists different trainings, seed by seed, so that an interrupted verification has whole pairs.
-static enum vw_status list_trainings(struct work *work) {
-    struct vw_retrain_params *retrainings =
-        vw_allocate((size_t)work->params->seeds * work->result->lists.count * VW_HALVES, sizeof *retrainings);
-    uint32_t count = 0;
-    work->retrainings = retrainings;
-    if (!retrainings) return VW_ERROR_MEMORY;
-    for (uint32_t s = 0; s < work->params->seeds; s++)
-        for (uint32_t c = 0; c < work->result->lists.count; c++)
-            for (uint8_t half = 0; half < VW_HALVES; half++) {
-                retrainings[count] = retraining_of(work, c, half, s);
-                count += !is_listed(retrainings, count, &retrainings[count]);
-            }
-    work->result->training_count = count;
-    return VW_OK;
-}
-
+// Makes the trainings, seed by seed, so that an interrupted verification has whole pairs. Equal ones are made once.
 static enum vw_status train(struct work *work) {
-    uint32_t count = work->result->training_count;
-    struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
-    if (!results) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_retrain_announced(&work->retrainer, work->retrainings, count, results);
+    uint32_t lists = work->result->lists.count, count = 0;
+    size_t most = (size_t)work->params->seeds * lists * VW_HALVES;
+    struct vw_retrain_params *retrainings = vw_allocate(most, sizeof *retrainings);
+    struct vw_retrain_result *results = vw_allocate(most, sizeof *results);
+    enum vw_status status = retrainings && results ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t s = 0; !status && s < work->params->seeds; s++)
+        for (uint32_t c = 0; c < lists; c++)
+            for (uint8_t half = 0; half < VW_HALVES; half++) retrainings[count++] = retraining_of(work, c, half, s);
+    if (!status) status = vw_retrain_announced(&work->retrainer, retrainings, count, results);
+    free(retrainings);
     free(results);
     return status;
 }
@@ -182,8 +161,6 @@ static enum vw_status make(struct work *work) {
     if (status || work->result->lists.count == 1) return status;
     sort_lists(&work->result->lists);
     work->result->first_seed = vw_first_seed_after(work->config.seed);
-    status = list_trainings(work);
-    if (status) return status;
     status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
     if (!status) status = vw_ledger_verify(work->params->run->recorded.ledger);
     if (!status)
@@ -204,7 +181,6 @@ enum vw_status vw_verified_selection_make(const struct vw_verified_selection_par
     vw_scoring_unload(&work.input);
     for (int s = 0; s < VW_SCORINGS; s++) free(work.scorings.scores[s]);
     free(work.halves);
-    free(work.retrainings);
     free(work.judges);
     free(work.psnr_db);
     return status;

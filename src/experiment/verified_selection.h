@@ -27,7 +27,6 @@ struct vw_verified_selection {
     struct vw_verified_lists lists;              // owned
     struct vw_gain gains[VW_VERIFIED_LISTS_MAX]; // over all photos, by list
     uint32_t chosen;                             // 0: all photos
-    uint32_t training_count;                     // different trainings, with those that OUT has
     uint32_t half_sizes[VW_HALVES];              // validation photos of each half
     uint64_t first_seed;                         // seed of the first training
 };

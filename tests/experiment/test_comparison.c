@@ -2,7 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "experiment/comparison.h"
-#include "value/evaluation/paired_comparison.h"
+#include "value/evaluation/outcomes.h"
 
 #define ROUNDING 1e-12 // rounding of a few sums of numbers near 20
 

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "value/evaluation/paired_comparison.h"
+#include "value/evaluation/outcomes.h"
 #include "value/evaluation/subsets.h"
 #include "viewworth/status.h"
 

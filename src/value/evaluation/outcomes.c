@@ -1,9 +1,65 @@
 #include "value/evaluation/outcomes.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
+#include "base/statistics.h"
+
+static const struct {
+    const char *name;
+    size_t offset;
+    bool higher_is_better;
+} named_outcomes[VW_OUTCOME_COUNT] = {
+    {"val_psnr", offsetof(struct vw_retrain_result, val_psnr), true},
+    {"val_ssim", offsetof(struct vw_retrain_result, val_ssim), true},
+    {"val_l1", offsetof(struct vw_retrain_result, val_l1), false},
+    {"test_psnr", offsetof(struct vw_retrain_result, test_psnr), true},
+    {"test_ssim", offsetof(struct vw_retrain_result, test_ssim), true},
+    {"test_l1", offsetof(struct vw_retrain_result, test_l1), false},
+};
+
+const char *vw_outcome_name(enum vw_outcome outcome) { return named_outcomes[outcome].name; }
+
+bool vw_outcome_higher_is_better(enum vw_outcome outcome) { return named_outcomes[outcome].higher_is_better; }
+
+double vw_outcome_of(const struct vw_retrain_result *result, enum vw_outcome outcome) {
+    double value;
+    memcpy(&value, (const char *)result + named_outcomes[outcome].offset, sizeof value);
+    return value;
+}
+
+static struct vw_outcome_mean mean_of(const struct vw_spread *spread) {
+    if (!spread->count) return (struct vw_outcome_mean){NAN, NAN};
+    return (struct vw_outcome_mean){spread->mean, sqrt(vw_spread_variance(spread) / (double)spread->count)};
+}
+
+struct vw_outcome_mean vw_samples_average(const double *samples, uint32_t count) {
+    struct vw_spread spread = {0};
+    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, samples[i]);
+    return mean_of(&spread);
+}
+
+struct vw_outcome_mean vw_outcome_average(const struct vw_retrain_result *results, uint32_t count,
+                                          enum vw_outcome outcome) {
+    struct vw_spread spread = {0};
+    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_outcome_of(&results[i], outcome));
+    return mean_of(&spread);
+}
+
+struct vw_paired_difference vw_samples_compare(const double *samples, const double *against, uint32_t count) {
+    struct vw_spread spread = {0};
+    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, samples[i] - against[i]);
+    struct vw_outcome_mean mean = mean_of(&spread);
+    double half = count > 1 ? vw_student_quantile(count - 1) * mean.standard_error : NAN;
+    struct vw_paired_difference paired = {mean.mean, mean.standard_error, mean.mean - half, mean.mean + half, false};
+    paired.beyond_noise = paired.ci_low > 0 || paired.ci_high < 0; // never where they are NaN
+    return paired;
+}
+
+// ---- Subsets ----
 
 static void keep_subset(const struct vw_retrain_result *results, uint32_t subset, enum vw_outcome outcome,
                         uint32_t stride, struct vw_outcomes *outcomes) {
