@@ -33,8 +33,15 @@ static struct vw_config small_config(void) {
     return config;
 }
 
-static const struct vw_effect_verdict *verdict_of(const struct vw_effect_verdict *verdicts, uint32_t count,
-                                                  const char *name) {
+// The last decision.
+static struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+static uint32_t count;
+
+static void decide(const struct vw_scene *scene, const struct vw_config *config) {
+    ASSERT_OK(vw_effects_decide(test_gpu(), scene, config, verdicts, &count));
+}
+
+static const struct vw_effect_verdict *verdict_on(const char *name) {
     for (uint32_t i = 0; i < count; i++)
         if (!strcmp(verdicts[i].name, name)) return &verdicts[i];
     fail_msg("no effect %s", name);
@@ -44,7 +51,7 @@ static const struct vw_effect_verdict *verdict_of(const struct vw_effect_verdict
 TEST(recipes_show_their_facts) { detection_check(1, 1, false); }
 
 TEST(a_line_names_effects_with_their_reasons) {
-    struct vw_effect_verdict verdicts[] = {
+    struct vw_effect_verdict named[] = {
         {.name = "distortion", .evidence_stderr = NAN, .called_for = true, .on = true},
         {.name = "masks", .evidence_stderr = NAN, .called_for = true},
         {.name = "sky", .evidence = 1.74, .evidence_stderr = 0.27},
@@ -52,69 +59,57 @@ TEST(a_line_names_effects_with_their_reasons) {
         {.name = "visibility", .evidence_stderr = NAN, .on = true},
         {.name = "pose", .evidence_stderr = NAN}};
     char line[VW_EFFECT_LINE_BYTES];
-    vw_effects_to_line(verdicts, VW_ARRAY_COUNT(verdicts), line);
+    vw_effects_to_line(named, VW_ARRAY_COUNT(named), line);
     assert_string_equal(
         line,
         "distortion (files), unbounded (+2.2 dB), visibility (--effects); called for, but off: masks; tried: sky");
-    vw_effects_to_line(verdicts + 5, 1, line);
+    vw_effects_to_line(named + 5, 1, line);
     assert_string_equal(line, "none");
 }
 
 // Without points, too: pilots need none. The search is greedy: what gains beside nothing is told beside what was
 // chosen.
 TEST(a_bright_sky_is_measured) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
     struct vw_config config = small_config();
     struct vw_scene *scene = detection_sky_scene();
     scene_forget_points(scene);
     strcpy(config.effects, "-unbounded,-appearance");
-    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
-    const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
+    decide(scene, &config);
+    const struct vw_effect_verdict *sky = verdict_on("sky");
     assert_true(sky->called_for && sky->on);
     assert_true(sky->evidence_low >= sky->threshold && sky->evidence > sky->evidence_low);
     assert_true(sky->evidence_stderr > 0 && isfinite(sky->ms_per_step));
     assert_non_null(
         strstr(sky->measured_on,
                "2 x 96 steps of 48 rays on 18 train photos, scored on 8 of them held out; beside no effect"));
-    assert_true(isnan(verdict_of(verdicts, count, "unbounded")->evidence));
-    const struct vw_effect_verdict *visibility = verdict_of(verdicts, count, "visibility");
+    assert_true(isnan(verdict_on("unbounded")->evidence));
+    const struct vw_effect_verdict *visibility = verdict_on("visibility");
     assert_true(isnan(visibility->evidence) && !visibility->on); // nobody asked for it
 }
 
 // If no further effect surely gains, those that seem to are tried once more, with twice the steps.
 TEST(doubts_take_longer_pilots) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
     struct vw_config config = vw_config_default;
-    ASSERT_OK(vw_effects_decide(test_gpu(), open_recipe("table.json"), &config, verdicts, &count));
-    assert_non_null(strstr(verdict_of(verdicts, count, "sky")->measured_on, "2 x 256 steps"));
-    assert_non_null(strstr(verdict_of(verdicts, count, "unbounded")->measured_on, "2 x 512 steps"));
+    decide(open_recipe("table.json"), &config);
+    assert_non_null(strstr(verdict_on("sky")->measured_on, "2 x 256 steps"));
+    assert_non_null(strstr(verdict_on("unbounded")->measured_on, "2 x 512 steps"));
 }
 
-// Decides effects of the scene with a sky by pilots of so many steps; returns their number.
-static uint32_t decide_in(uint32_t steps, const char *effects, struct vw_effect_verdict *verdicts) {
-    uint32_t count = 0;
+// Decides effects of the scene with a sky by pilots of so many steps.
+static void decide_in(uint32_t steps, const char *effects) {
     struct vw_config config = small_config();
     config.pilot_steps = steps;
     strcpy(config.effects, effects);
     struct vw_scene *scene = detection_sky_scene();
     scene_forget_points(scene); // which would tell of appearance
-    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
-    return count;
-}
-
-static uint32_t decide_briefly(const char *effects, struct vw_effect_verdict *verdicts) {
-    return decide_in(8, effects, verdicts);
+    decide(scene, &config);
 }
 
 // The shortest trainings show that a sky gains most. Unbounded takes its place once it is not surely worse.
 TEST(unbounded_replaces_a_sky) {
     for (int longer = 0; longer < 2; longer++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count = decide_in(longer ? 23 : 16, "-appearance", verdicts);
-        const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky"),
-                                       *unbounded = verdict_of(verdicts, count, "unbounded");
+        decide_in(longer ? 23 : 16, "-appearance");
+        const struct vw_effect_verdict *sky = verdict_on("sky"), *unbounded = verdict_on("unbounded");
         assert_true(sky->evidence_low >= sky->threshold && unbounded->evidence_low < unbounded->threshold);
         assert_non_null(strstr(unbounded->measured_on, "beside sky, taken unless surely worse"));
         assert_int_equal(sky->on, !longer);
@@ -125,27 +120,24 @@ TEST(unbounded_replaces_a_sky) {
 
 // A sky is hidden where unbounded is on, and not measured.
 TEST(a_hidden_sky_goes) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count = decide_briefly("+unbounded,-appearance", verdicts);
-    const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
+    decide_in(8, "+unbounded,-appearance");
+    const struct vw_effect_verdict *sky = verdict_on("sky");
     assert_true(isnan(sky->evidence) && !sky->on);
 }
 
 // Pilots leave out what a run with pose refuses: no other effect would have to be named beside it.
 TEST(pose_is_beside_what_pilots_call_for) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count = decide_briefly("+pose,-appearance", verdicts);
-    const struct vw_effect_verdict *unbounded = verdict_of(verdicts, count, "unbounded");
-    assert_true(verdict_of(verdicts, count, "pose")->on);
+    decide_in(8, "+pose,-appearance");
+    const struct vw_effect_verdict *unbounded = verdict_on("unbounded");
+    assert_true(verdict_on("pose")->on);
     assert_true(isnan(unbounded->evidence) && !unbounded->on);
-    assert_true(isfinite(verdict_of(verdicts, count, "sky")->evidence));
+    assert_true(isfinite(verdict_on("sky")->evidence));
 }
 
 // Pilots do not try what a run switches off beside an effect that is named: they could measure no gain.
 TEST(what_goes_off_beside_a_named_effect_is_not_tried) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count = decide_briefly("+appearance_encoder,-sky,-unbounded,-wide_box", verdicts);
-    const struct vw_effect_verdict *not_tried = verdict_of(verdicts, count, "appearance"); // the only one left
+    decide_in(8, "+appearance_encoder,-sky,-unbounded,-wide_box");
+    const struct vw_effect_verdict *not_tried = verdict_on("appearance"); // the only one left
     assert_true(isnan(not_tried->evidence) && !not_tried->on);
 }
 
@@ -164,10 +156,8 @@ TEST(exposures_are_told_by_points) {
                  {"clean.json", "auto", 0.0, 0.02},
                  {"corner.json", "auto", 4.0, 6.0}}; // one photo alone is darker, and one brighter
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count;
         ASSERT_OK(vw_effects_find_facts(open_recipe(cases[i].recipe), cases[i].effects, verdicts, &count));
-        const struct vw_effect_verdict *appearance = verdict_of(verdicts, count, "appearance");
+        const struct vw_effect_verdict *appearance = verdict_on("appearance");
         if (isnan(cases[i].least_db)) {
             assert_true(isnan(appearance->evidence) && !appearance->called_for);
             continue;
@@ -212,8 +202,6 @@ FOLDER_TEST(photos_held_out_tell_exposures) {
     struct vw_config config = vw_config_default;
     config.pilot_steps = 256;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count;
         strcpy(config.effects, cases[i].effects);
         json_t *recipe = json_load_file(temporary_path(scenes_folder, cases[i].recipe), 0, NULL);
         const char *path = temporary_path(*state, cases[i].recipe);
@@ -222,8 +210,8 @@ FOLDER_TEST(photos_held_out_tell_exposures) {
         json_object_set_new(recipe, "points", json_string("none"));
         assert_int_equal(json_dump_file(recipe, path, 0), 0);
         json_decref(recipe);
-        ASSERT_OK(vw_effects_decide(test_gpu(), open_scene(path), &config, verdicts, &count));
-        const struct vw_effect_verdict *appearance = verdict_of(verdicts, count, "appearance");
+        decide(open_scene(path), &config);
+        const struct vw_effect_verdict *appearance = verdict_on("appearance");
         if ((appearance->evidence_low >= 0.1) != cases[i].exposed)
             fail_msg("%s: a bound of %g dB", cases[i].recipe, appearance->evidence_low);
         assert_int_equal(appearance->called_for, cases[i].exposed);
@@ -242,14 +230,12 @@ TEST(points_rule_out_what_lies_beyond) {
     struct vw_config config = small_config();
     config.pilot_steps = 8;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count;
         struct vw_scene *scene = open_recipe(cases[i].recipe);
         struct vw_point_evidence points;
         ASSERT_OK(vw_point_evidence_find(scene, &points));
         assert_true(points.known);
-        ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
-        const struct vw_effect_verdict *unbounded = verdict_of(verdicts, count, "unbounded");
+        decide(scene, &config);
+        const struct vw_effect_verdict *unbounded = verdict_on("unbounded");
         assert_int_equal(isnan(unbounded->evidence), cases[i].ruled_out);
         assert_int_equal(strncmp(unbounded->measured_on, "ruled out: ", 11) == 0, cases[i].ruled_out);
         assert_false(cases[i].ruled_out && unbounded->called_for);
@@ -287,38 +273,36 @@ TEST(bare_cells_are_counted) {
 
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
 TEST(verdicts_repeat_bit_for_bit) {
-    struct vw_effect_verdict verdicts[2][VW_EFFECT_COUNT_MAX];
-    uint32_t count;
+    struct vw_effect_verdict both[2][VW_EFFECT_COUNT_MAX];
     struct vw_scene *scene = detection_plain_scene();
     struct vw_config config = small_config();
     config.pilot_steps = 32;
     scene_forget_points(scene); // which would rule out what lies beyond
     for (int i = 0; i < 2; i++) {
         config.seed = 7 * (uint64_t)i;
-        ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts[i], &count));
+        decide(scene, &config);
+        memcpy(both[i], verdicts, sizeof verdicts);
     }
     for (uint32_t i = 0; i < count; i++) {
-        assert_true(test_same_bits(verdicts[0][i].evidence, verdicts[1][i].evidence));
-        assert_true(test_same_bits(verdicts[0][i].evidence_low, verdicts[1][i].evidence_low));
-        assert_int_equal(verdicts[0][i].called_for, verdicts[1][i].called_for);
+        assert_true(test_same_bits(both[0][i].evidence, both[1][i].evidence));
+        assert_true(test_same_bits(both[0][i].evidence_low, both[1][i].evidence_low));
+        assert_int_equal(both[0][i].called_for, both[1][i].called_for);
     }
-    assert_true(isfinite(verdict_of(verdicts[0], count, "sky")->evidence));
-    assert_true(isfinite(verdict_of(verdicts[0], count, "appearance")->evidence));   // by pilots, without points
-    assert_true(isnan(verdict_of(verdicts[0], count, "appearance_code")->evidence)); // nothing calls for it
+    assert_true(isfinite(verdict_on("sky")->evidence));
+    assert_true(isfinite(verdict_on("appearance")->evidence));   // by pilots, without points
+    assert_true(isnan(verdict_on("appearance_code")->evidence)); // nothing calls for it
 }
 
 // An effect that splats cannot have would otherwise take the place of one that they can have.
 TEST(splats_try_what_they_can_have) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
     struct vw_scene *scene = detection_plain_scene();
     struct vw_config config = vw_config_of_field(VW_FIELD_SPLATS);
     config.pilot_steps = 8;
     scene_forget_points(scene);
-    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
-    assert_true(isfinite(verdict_of(verdicts, count, "sky")->evidence));
-    assert_true(isnan(verdict_of(verdicts, count, "unbounded")->evidence));
-    assert_true(isnan(verdict_of(verdicts, count, "wide_box")->evidence));
+    decide(scene, &config);
+    assert_true(isfinite(verdict_on("sky")->evidence));
+    assert_true(isnan(verdict_on("unbounded")->evidence));
+    assert_true(isnan(verdict_on("wide_box")->evidence));
 }
 
 // Folds leave out different photos, evenly, and learn from none that judges them; photos of val and test are in
@@ -408,8 +392,6 @@ TEST(a_wide_box_is_seen) {
 
 // Without pilots, effects that only they could judge are unknown, and off.
 TEST(no_pilots_where_they_cannot_tell) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
     struct vw_scene *scene = open_recipe("clean.json"), *few = test_scene();
     const struct {
         bool device, photos;
@@ -422,7 +404,7 @@ TEST(no_pilots_where_they_cannot_tell) {
         config.pilot_steps = cases[i].steps;
         ASSERT_OK(vw_effects_decide(cases[i].device ? test_gpu() : NULL, cases[i].photos ? scene : few, &config,
                                     verdicts, &count));
-        const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
+        const struct vw_effect_verdict *sky = verdict_on("sky");
         assert_true(isnan(sky->evidence) && !sky->called_for && !sky->on);
     }
     assert_true(few->split_count[VW_SPLIT_TRAIN] < 8);
@@ -467,8 +449,6 @@ TEST(real_scenes_show_their_facts) {
                        {"chair_synthetic", " background "}};
     uint32_t found = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(real_scenes); i++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count;
         const char *path = real_scene_path(real_scenes[i].name);
         if (!path) continue;
         struct vw_scene *scene = open_scene(path);
