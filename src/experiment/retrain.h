@@ -53,7 +53,7 @@ void vw_retrainer_close(struct vw_retrainer *retrainer);
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]);
 
-// Logs, before vw_retrain() makes them, how many different ones of these are to be made and about how long that takes, by
+// Logs, before vw_retrain() makes them, how many different retrainings are to be made and about how long that takes, by
 // steps that it measures.
 enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
                                      uint32_t count);
@@ -65,7 +65,7 @@ enum vw_status vw_retrainer_announce(struct vw_retrainer *retrainer, const struc
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 
-// Does both: announces all retrainings of a command and makes them.
+// Announces all retrainings of a command and makes them.
 enum vw_status vw_retrain_announced(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
                                     uint32_t count, struct vw_retrain_result *results);
 
