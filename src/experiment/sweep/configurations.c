@@ -12,7 +12,6 @@
 enum how { TIMES, PLUS, SET };
 enum { VALUES_MAX = 8, VALUE_BYTES = 32 };
 enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, SAMPLED = HASH | MLP, ALL = SAMPLED | 1 << VW_FIELD_SPLATS };
-enum { LEARNING_RATE_DECAY, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
 
 // A number of the config, and the values to try, computed from its value at the base.
 static const struct sweep {
@@ -33,40 +32,8 @@ static const struct sweep {
     {"epochs", offsetof(struct vw_config, epochs), TIMES, ALL, {0.25, 0.5, 2}},
 };
 static const double learning_rate_decays[] = {1, 0.3, 0.1};
-static const double downscales[] = {2, 4}; // times the base's
-static const char *const other_parameters[OTHER_PARAMETERS] = {"learning-rate-decay", "downscale", "effects",
-                                                               "accuracy"};
+static const double downscales[] = {2, 4};    // times the base's
 static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest factor of `rays`
-
-// ---- Parameters ----
-
-// Returns the bit of a parameter: first those of `sweeps`, then the others; 0 for another word.
-static uint32_t bit_of(struct vw_word word) {
-    for (uint32_t i = 0; i < VW_ARRAY_COUNT(sweeps); i++)
-        if (vw_word_is(word, sweeps[i].parameter)) return UINT32_C(1) << i;
-    for (uint32_t i = 0; i < OTHER_PARAMETERS; i++)
-        if (vw_word_is(word, other_parameters[i])) return UINT32_C(1) << (VW_ARRAY_COUNT(sweeps) + i);
-    return 0;
-}
-
-enum vw_status vw_sweep_parameters_parse(const char *list, uint32_t *parameters) {
-    struct vw_word word;
-    *parameters = 0;
-    while (vw_word_list_next(&list, &word)) {
-        uint32_t bit = bit_of(word);
-        if (!bit)
-            return vw_fail(VW_ERROR_USAGE, "--parameters: \"%.*s\" is none of " VW_SWEEP_PARAMETERS, (int)word.length,
-                           word.text);
-        *parameters |= bit;
-    }
-    return VW_OK;
-}
-
-static bool is_wanted(uint32_t parameters, uint32_t place) { return !parameters || (parameters >> place & 1); }
-
-static bool is_other_wanted(uint32_t parameters, uint32_t other) {
-    return is_wanted(parameters, VW_ARRAY_COUNT(sweeps) + other);
-}
 
 // ---- Configurations ----
 
@@ -191,8 +158,10 @@ static enum vw_status add_all_pixels(const struct vw_session *session, struct vw
     return add(configurations, "val-rays", "all", &config);
 }
 
-static enum vw_status add_learning_rate_decays(struct vw_sweep_configurations *configurations) {
+static enum vw_status add_learning_rate_decays(const struct vw_session *session,
+                                               struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
+    (void)session;
     for (size_t i = 0; i < VW_ARRAY_COUNT(learning_rate_decays) && !status; i++) {
         char value[VALUE_BYTES];
         struct vw_config config = configurations->configurations[0].config;
@@ -236,7 +205,8 @@ static enum vw_status add_effects(const struct vw_session *session, struct vw_sw
 }
 
 // Adds the levels of --accuracy, which also set epochs; leaves out one that equals the base.
-static enum vw_status add_accuracies(struct vw_sweep_configurations *configurations) {
+static enum vw_status add_accuracies(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
+    (void)session;
     char of_base[VW_ACCURACY_TEXT_BYTES], ours[VW_ACCURACY_TEXT_BYTES];
     const struct vw_config *base = &configurations->configurations[0].config;
     vw_accuracy_options(base, of_base);
@@ -263,15 +233,42 @@ static enum vw_status add_full_resolution(const struct vw_session *session,
     return add(configurations, "full_resolution", "", &config);
 }
 
-static enum vw_status add_others(const struct vw_session *session, uint32_t parameters,
-                                 struct vw_sweep_configurations *configurations) {
-    enum vw_status status = VW_OK;
-    if (is_other_wanted(parameters, LEARNING_RATE_DECAY)) status = add_learning_rate_decays(configurations);
-    if (!status && is_other_wanted(parameters, DOWNSCALE)) status = add_downscales(session, configurations);
-    if (!status && is_other_wanted(parameters, EFFECTS)) status = add_effects(session, configurations);
-    if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(configurations);
-    return status;
+// ---- Parameters ----
+
+// A parameter that is not a number of the config.
+static const struct {
+    const char *parameter;
+    enum vw_status (*add)(const struct vw_session *session, struct vw_sweep_configurations *configurations);
+} others[] = {
+    {"learning-rate-decay", add_learning_rate_decays},
+    {"downscale", add_downscales},
+    {"effects", add_effects},
+    {"accuracy", add_accuracies},
+};
+
+// Returns the bit of a parameter: first those of `sweeps`, then the others; 0 for another word.
+static uint32_t bit_of(struct vw_word word) {
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(sweeps); i++)
+        if (vw_word_is(word, sweeps[i].parameter)) return UINT32_C(1) << i;
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(others); i++)
+        if (vw_word_is(word, others[i].parameter)) return UINT32_C(1) << (VW_ARRAY_COUNT(sweeps) + i);
+    return 0;
 }
+
+enum vw_status vw_sweep_parameters_parse(const char *list, uint32_t *parameters) {
+    struct vw_word word;
+    *parameters = 0;
+    while (vw_word_list_next(&list, &word)) {
+        uint32_t bit = bit_of(word);
+        if (!bit)
+            return vw_fail(VW_ERROR_USAGE, "--parameters: \"%.*s\" is none of " VW_SWEEP_PARAMETERS, (int)word.length,
+                           word.text);
+        *parameters |= bit;
+    }
+    return VW_OK;
+}
+
+static bool is_wanted(uint32_t parameters, uint32_t place) { return !parameters || (parameters >> place & 1); }
 
 enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32_t downscale, uint32_t parameters,
                                             const struct vw_session *session,
@@ -292,5 +289,7 @@ enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32
         if (!status && sweeps[i].offset == offsetof(struct vw_config, val_rays))
             status = add_all_pixels(session, configurations);
     }
-    return status ? status : add_others(session, parameters, configurations);
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(others) && !status; i++)
+        if (is_wanted(parameters, VW_ARRAY_COUNT(sweeps) + i)) status = others[i].add(session, configurations);
+    return status;
 }
