@@ -206,8 +206,8 @@ static enum vw_status add_effects(const struct vw_session *session, struct vw_sw
 
 // Adds the levels of --accuracy, which also set epochs; leaves out one that equals the base.
 static enum vw_status add_accuracies(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
-    (void)session;
     char of_base[VW_ACCURACY_TEXT_BYTES], ours[VW_ACCURACY_TEXT_BYTES];
+    (void)session;
     const struct vw_config *base = &configurations->configurations[0].config;
     vw_accuracy_options(base, of_base);
     enum vw_status status = VW_OK;
