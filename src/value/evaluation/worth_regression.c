@@ -401,7 +401,7 @@ static void add_unseen(const struct regression *regression, double spread, doubl
         double share = vw_dot(directions, basis, players);
         for (uint32_t j = 0; j < players; j++) directions[j] -= share * basis[j];
     }
-    double sum = 0, share = (players - 1.) / players; // of the photos without one
+    double sum = 0, share = (players - 1.) / players; // all players but one
     bool mean = params->form == VW_WORTH_MEAN;
     for (uint32_t j = 0; j < players; j++) sum += directions[j];
     for (uint32_t i = 0; i < players; i++) {
