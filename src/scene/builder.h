@@ -96,6 +96,15 @@ enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct
 enum vw_status vw_scene_prepare_exposures(struct vw_scene *scene);
 void vw_scene_forget_exposures(struct vw_scene *scene); // when the scene is closed
 
+// ---- Formats: whether a path has one, and its loader; the table of them is in scene.c ----
+
+bool vw_transforms_probe(const char *path);
+enum vw_status vw_transforms_load(struct vw_scene_builder *builder); // transforms*.json
+bool vw_phototourism_probe(const char *path);
+enum vw_status vw_phototourism_load(struct vw_scene_builder *builder); // NeRF-W's Phototourism scenes
+bool vw_colmap_probe(const char *path);
+enum vw_status vw_colmap_load(struct vw_scene_builder *builder); // photos in images/, or in dense/images
+
 // ---- Files: nothing outside the scene folder is read, and what is checked is what is read, by one descriptor ----
 
 // Opens a plain file of a scene for reading; the caller closes it. `path` begins with `folder`, the scene folder, and a

@@ -13,7 +13,6 @@
 #include "image/photo_formats.h"
 #include "scene/builder.h"
 #include "scene/features.h"
-#include "scene/formats/formats.h"
 #include "scene/photo_source.h"
 #include "scene/splits_file.h"
 #include "scene/synthetic/recipe.h"
@@ -36,7 +35,12 @@ static enum vw_status load_recipe(struct vw_scene_builder *builder) {
     return vw_recipe_load(builder->params, builder->scene);
 }
 
-static const struct vw_scene_format formats[] = {
+// If the loader assigns no view to val or test, split.c decides the splits.
+static const struct scene_format {
+    const char *name; // as --format takes it
+    bool (*probe)(const char *path);
+    enum vw_status (*load)(struct vw_scene_builder *builder);
+} formats[] = {
     // in the order in which they are tried
     {"recipe", probe_recipe, load_recipe},
     {"transforms", vw_transforms_probe, vw_transforms_load},
@@ -99,7 +103,7 @@ static enum vw_status refuse_path(const char *path) {
                    path, path, inside ? "/images" : "");
 }
 
-static enum vw_status find_format(const struct vw_scene_params *params, const struct vw_scene_format **format) {
+static enum vw_status find_format(const struct vw_scene_params *params, const struct scene_format **format) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(formats); i++) {
         if (params->format ? strcmp(params->format, formats[i].name) != 0 : !formats[i].probe(params->path)) continue;
         *format = &formats[i];
@@ -113,7 +117,7 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
 
 // Notes which format was taken of those that fit, unless the user chose: their poses or photos may differ.
 static enum vw_status note_format(struct vw_scene *scene, const struct vw_scene_params *params,
-                                  const struct vw_scene_format *taken) {
+                                  const struct scene_format *taken) {
     const char *others[VW_ARRAY_COUNT(formats)] = {"", "", ""};
     size_t count = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(formats) && !params->format; i++)
@@ -219,7 +223,7 @@ static enum vw_status finish(struct vw_scene_builder *builder) {
 
 static enum vw_status load(struct vw_scene_builder *builder) {
     const struct vw_scene_params *params = builder->params;
-    const struct vw_scene_format *format = NULL;
+    const struct scene_format *format = NULL;
     enum vw_status status = find_format(params, &format);
     if (!status) status = check_pool(params, format->name);
     if (status) return status;

@@ -3,8 +3,8 @@
 
 #include <unistd.h>
 
+#include "scene/builder.h"
 #include "scene/formats/colmap.h"
-#include "scene/formats/formats.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"

@@ -8,7 +8,6 @@
 #include "base/memory.h"
 #include "image/image.h"
 #include "scene/builder.h"
-#include "scene/formats/formats.h"
 
 // ---- Points --------------------------------------------------------------------------------------------------------
 

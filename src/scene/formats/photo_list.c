@@ -7,7 +7,7 @@
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "scene/formats/formats.h"
+#include "scene/builder.h"
 
 bool vw_photo_list_keeps(const struct vw_listed_photo *photo) {
     return photo->chosen || photo->split == VW_SPLIT_VAL || photo->split == VW_SPLIT_TEST;

@@ -12,7 +12,6 @@
 #include "base/text.h"
 #include "scene/builder.h"
 #include "scene/formats/colmap.h"
-#include "scene/formats/formats.h"
 #include "scene/formats/nerfw_tsv.h"
 
 // ---- The TSV -------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "image/image.h"
-#include "scene/formats/formats.h"
+#include "scene/builder.h"
 #include "scene/formats/transforms.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 25; // a frame takes about 1 KiB
