@@ -114,7 +114,7 @@ check "verify names tables of other providers than the ledger's" fails 1 'provid
 check "and knows them by those" prints '^payout\.csv +intact +made again from the ledger and --providers$' "$program" verify "$out" \
     --providers "$folder/others.csv"
 rm "$out/payout.csv"
-check "half a payout is none" fails 1 'payout_photos\.csv: belongs to payout\.csv' "$program" verify "$out" --providers "$folder/others.csv"
+check "half a payout is none" fails 1 'payout\.csv: is missing' "$program" verify "$out" --providers "$folder/others.csv"
 printf 'name,provider\nview_001,anna\nview_002,Anna\n' >"$folder/alike.csv"
 check "providers that look alike are refused" refuses 'alike.csv:3: provider "Anna" looks like "anna" of line 2' "${resume[@]:1}" \
     --providers "$folder/alike.csv"
