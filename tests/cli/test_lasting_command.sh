@@ -12,7 +12,7 @@ check "a run is valued" run value run
 check "and swept afterwards" prints "^         Pearson's correlation (0\.[89]|1\.0)" "$program" lasting "$folder/run"
 check "its price is told first" grep -qE \
     '^a backward pass and 6 short trainings that check it, about [0-9.]+ (s|min|h); Ctrl-C keeps what is done$' "$folder/stderr"
-check "the gate names its photos" test "$(grep -cE '^ +[+-][0-9.]+ +[+-][0-9.]+ dB  view_00' "$folder/stdout")" = 6
+check "the gate names its photos" test "$(grep -cE '^ +[+-][0-9.]+ +[+-][0-9.]+  view_00' "$folder/stdout")" = 6
 row=',lasting_(psnr|loss),-?[0-9.e-]+,(dB|mean absolute error),,7,[1-6],,,,$'
 check "scores.csv has both scores, without stderr" test "$(grep -cE "$row" "$folder/run/scores.csv")" = 12
 check "verify agrees" prints '^lasting credit +intact ' "$program" verify "$folder/run"

@@ -22,7 +22,7 @@ all_scores=$(for f in f1 f2 f3; do
 done)
 
 check "three folds" kfold whole --kfold 3
-check "each is told" grep -qE '^ +3 +[56] +[23] +(20|24) +[0-9.]+  [0-9.]+$' "$folder/stdout"
+check "each is told" grep -qE '^ +3 +[56] +[23] +(20|24) +[0-9.]+ +[0-9.]+$' "$folder/stdout"
 check "every photo but the test photo validates once" test "$(sort "$folder"/whole/fold-?/val.txt | tr '\n' ' ')" = \
     "$(printf 'view_%03d ' 0 1 2 3 4 5 6 7)"
 check "and trains in the other folds" test "$(sort "$folder"/whole/fold-?/train.txt | uniq -c | grep -c '^ *2 ')" = 8

@@ -120,7 +120,7 @@ planned() {
     sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/planned/next.json') AS TEXT) AS j)" \
         >"$folder/edited_plan/next.json" && refuses "edited_plan/next.json: $1" "$folder/edited_plan"
 }
-check "places of another scene" planned 'is of another scene' "json_set(j, '\$.scene_hash', 'x')"
+check "places of another scene" planned 'scene_hash: is of another scene' "json_set(j, '\$.scene_hash', 'x')"
 check "places that are none" planned 'proposals: expected an array' "json_set(j, '\$.proposals', 7)"
 check "a place that is text" planned 'proposals\[0\]\.position: ' "json_set(j, '\$.proposals[0].position', '<img>')"
 check "one whose number is none" planned 'proposals\[1\]\.position: ' "json_set(j, '\$.proposals[1].position[2]', null)"

@@ -148,14 +148,14 @@ static bool is_repeated(const char *const *outs, uint32_t place) {
 
 static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     static const char remedy[] = "give a folder that value, compare, tradeoff or batch made";
-    size_t documents = gathering->documents.count;
     bool found = false;
     if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
     enum vw_status status = add_run(gathering, out, &found);
     if (!status) status = add_several(gathering, out, &found);
     if (!status) status = vw_report_documents_read(&gathering->documents, out, gathering->params->extra);
-    if (!status && !found && gathering->documents.count == documents)
-        status = vw_fail(VW_ERROR_INPUT, "%s: contains nothing to report; %s", out, remedy);
+    for (size_t i = 0; i < gathering->documents.count; i++) // also one that the command has made
+        found |= !strcmp(gathering->documents.list[i].label, out);
+    if (!status && !found) status = vw_fail(VW_ERROR_INPUT, "%s: contains nothing to report; %s", out, remedy);
     return status;
 }
 
