@@ -1,10 +1,11 @@
 // Everything host and shaders share, read by the C compiler and by glslang: specialization constants, binding slots, structs, sizes.
-// Nothing of it is written a second time anywhere. All buffers use scalar layout.
+// Nothing of it is written a second time but LOSS_*, OPTIMIZER_* and RANDOM_*, which are checked. All buffers use scalar layout.
 #ifndef VIEWWORTH_INTERFACE_H
 #define VIEWWORTH_INTERFACE_H
 
 #ifdef VULKAN // glslang
 #define VW_ENUM(name, value) const uint name = value;
+#define VW_NUMBER(name, value) const float name = value;
 #define vw_float4 vec4
 #define vw_uint4 uvec4
 #define vw_uint3 uvec3
@@ -13,6 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #define VW_ENUM(name, value) enum { name = value };
+#define VW_NUMBER(name, value) static const double name = value;
 typedef struct { float x, y, z, w; } vw_float4;
 typedef struct { uint32_t x, y, z, w; } vw_uint4;
 typedef struct { uint32_t x, y, z; } vw_uint3;
@@ -23,7 +25,8 @@ typedef struct vw_adam vw_adam;
 // ---- Specialization constants: X(id, GLSL name, C field, type, default) ----------------------------------------------
 // The bytes of one struct vw_specialization are the same for all shared passes of a run; TRAINING tells the two uses of the field code
 // apart. An effect that is off is 0 here and folds away (decision 7).
-#define VW_SPECIALIZATION(X) \
+#define VW_SPECIALIZATION(X) VW_CONSTANTS_OF_FORM(X) VW_CONSTANTS_OF_SUMS(X) VW_LEVEL_CONSTANTS(X) VW_FURTHER_CONSTANTS(X)
+#define VW_CONSTANTS_OF_FORM(X) \
     X(0, SAMPLES, samples, uint, 32)             /* per ray */ \
     X(1, LEVELS, levels, uint, 8)                /* of the hash grid */ \
     X(2, FEATURE_PAIRS, feature_pairs, uint, 1)  /* features per entry / 2 */ \
@@ -44,11 +47,12 @@ typedef struct vw_adam vw_adam;
     X(17, EFFECT_BACKGROUND, effect_background, uint, 0) /* BACKGROUND_NONE, _FIXED or _RANDOM */ \
     X(18, BACKGROUND_RED, background_red, float, 0.0) \
     X(19, BACKGROUND_GREEN, background_green, float, 0.0) \
-    X(20, BACKGROUND_BLUE, background_blue, float, 0.0) \
+    X(20, BACKGROUND_BLUE, background_blue, float, 0.0)
+#define VW_CONSTANTS_OF_SUMS(X) \
     X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays */ \
     X(25, GRADIENT_CLAMP, gradient_clamp, float, 1.0)  /* largest fixed-point contribution of one sample, in the same unit */ \
-    X(26, INVERSE_RAYS, inverse_rays, float, 0.002)    /* 1 / rays: turns the sum over rays into the mean */ \
-    VW_LEVEL_CONSTANTS(X) \
+    X(26, INVERSE_RAYS, inverse_rays, float, 0.002)    /* 1 / rays: turns the sum over rays into the mean */
+#define VW_FURTHER_CONSTANTS(X) \
     X(59, EFFECT_SKY, effect_sky, uint, 0) \
     X(60, EFFECT_UNBOUNDED, effect_unbounded, uint, 0) \
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
@@ -99,31 +103,17 @@ VW_ENUM(VW_LEVELS_MAX, 16)
 VW_SPECIALIZATION(VW_DECLARE_CONSTANT)
 #else
 #define uint uint32_t
+#define VW_CONSTANT_MEMBER(id, upper, lower, type, value) type lower;
 struct vw_specialization {
-    uint samples, levels, feature_pairs, dense_levels, table_mask, width4, training, chunk_samples, loss, optimizer, momentum,
-        wide_gradient, grid_texel, rows_texel, effect_appearance_code, ray_lanes, effect_distortion, effect_background;
-    float background_red, background_green, background_blue;
+    VW_CONSTANTS_OF_FORM(VW_CONSTANT_MEMBER)
     float learning_rate, beta1, beta2; // no constants: passes take them as vw_adam
-    float gradient_quantum, gradient_clamp, inverse_rays;
-    uint resolution[VW_LEVELS_MAX];
-    uint first_pair[VW_LEVELS_MAX];
-    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, stores_rows;
-    float huber_length;
-    uint shift_column, shift_stride, field_columns, position_frequencies, layer_rows, d_layer_rows, tile_to4, tile_from4;
-    uint effect_visibility, visibility_column;
-    uint strata, importance;
-    uint effect_transient;
-    float beta_min;
-    uint transient_row, d_transient_row, d_feature_row, transient_code_row, transient_column, transient_bias, transient_width4;
-    uint effect_pose;
-    uint effect_appearance_encoder, encoder_column;
-    uint slice_parts;
-    uint effect_uncertainty;
+    VW_CONSTANTS_OF_SUMS(VW_CONSTANT_MEMBER)
+    uint resolution[VW_LEVELS_MAX], first_pair[VW_LEVELS_MAX];
+    VW_FURTHER_CONSTANTS(VW_CONSTANT_MEMBER)
 };
-// Word i of the struct is constant i, of the type declared above, if there is one.
+// Word i of the struct is constant i, if there is one.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
-    _Static_assert(offsetof(struct vw_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place"); \
-    _Static_assert(_Generic(((struct vw_specialization *)0)->lower, type: 1, default: 0), "constant " #upper " has another type");
+    _Static_assert(offsetof(struct vw_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place");
 VW_SPECIALIZATION(VW_CHECK_CONSTANT)
 #undef VW_CHECK_CONSTANT
 #undef uint
@@ -151,6 +141,12 @@ VW_ENUM(BACKGROUND_RANDOM, 2)
 // EFFECT_APPEARANCE
 VW_ENUM(APPEARANCE_GIVEN, 1)  // by the points of structure from motion: nothing moves it
 VW_ENUM(APPEARANCE_FITTED, 2) // by fit_photo at every visit
+
+// The ridge of fits of a gain and a bias, in squared errors: as if one ray were off by 0.3 for a gain or bias of 1. In fit_views ten times
+// as much cost 0.15 dB, a tenth gave none.
+VW_NUMBER(FIT_RIDGE, 0.1)
+// All codes of photos could drift, where the code 0 of rendering is unknown: a ridge pulls them to 0. Gradient of the mean loss per unit.
+VW_NUMBER(PHOTO_RIDGE, 0.01)
 
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
 VW_ENUM(RANDOM_PIXEL, 2)

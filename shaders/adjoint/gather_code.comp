@@ -1,7 +1,6 @@
 // The gradient by the code weights and by the code of the step's photo (the backward pass of mix_code, as in
 // update_code): of the mean loss, and 0 for the codes of other photos; or added to the adjoint by that of lasting
 // credit, there without the ridge. One workgroup.
-#include "networks/photo_ridge.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_CODE_WEIGHTS) readonly buffer CodeWeights { vec4 code_weights[]; };

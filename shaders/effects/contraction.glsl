@@ -1,6 +1,6 @@
 // All of space in a ball: the contraction of mip-NeRF 360 (Barron et al., "Mip-NeRF 360: unbounded anti-aliased neural
 // radiance fields", CVPR 2022, equation 10). With q = 2 * box - 1, whose unit ball is the scene's inner region
-// (src/train/effects/contraction.c):
+// (src/train/effects/field_box.c):
 //   c = q where |q| <= 1, else (2 - 1 / |q|) q / |q|
 // so that |c| < 2, and the field is read at c / 4 + 1 / 2. Directions stay as they are. There is no backward pass:
 // sample positions are not trained, so that no gradient goes through them.

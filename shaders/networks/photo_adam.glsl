@@ -3,7 +3,6 @@
 #ifndef PHOTO_ADAM_GLSL
 #define PHOTO_ADAM_GLSL
 #include "networks/adam.glsl"
-#include "networks/photo_ridge.glsl"
 
 BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };

@@ -19,14 +19,10 @@
 #define uint uint32_t
 struct vw_splat_specialization {
     struct vw_specialization run;
-    uint side, lanes, group, antialiased;
-    float low_pass;
-    uint sort_lanes, sort_keys, sort_digits, place_lanes;
-    float ssim_weight;
+    VW_SPLAT_SPECIALIZATION(VW_CONSTANT_MEMBER)
 };
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
-    _Static_assert(offsetof(struct vw_splat_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place"); \
-    _Static_assert(_Generic(((struct vw_splat_specialization *)0)->lower, type: 1, default: 0), "constant " #upper " has another type");
+    _Static_assert(offsetof(struct vw_splat_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place");
 VW_SPLAT_SPECIALIZATION(VW_CHECK_CONSTANT)
 #undef VW_CHECK_CONSTANT
 #undef uint

@@ -7,8 +7,8 @@
 #include "base/memory.h"
 #include "detect/evidence.h"
 #include "detect/pilots.h"
+#include "train/effects/field_box.h"
 #include "train/effects/registry.h"
-#include "train/effects/wide_box.h"
 
 static const double PRICE_DB = 0.1; // least gain of an effect
 // With fewer observations outside the box, less of the photos without points, and an inner region that is nearly all of
@@ -275,12 +275,12 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const struct
                                       struct search *search) {
     struct vw_box wide;
     uint32_t candidates = 0;
-    enum vw_status status = wide_box(scene, &wide);
+    enum vw_status status = vw_wide_box(scene, &wide);
     if (status) return status;
     for (uint32_t i = 0; i < search->count; i++)
         if (!search->effects[i].on_request && !find_fact(search->effects[i].name) &&
             !vw_effects_names(planned->effects, search->effects[i].name) &&
-            (search->effects[i].of_splats || planned->field != VW_FIELD_SPLATS))
+            vw_effect_works_with(&search->effects[i], planned->field))
             candidates |= 1u << i;
     // If all photos have transparent pixels, these show the background of the scene.
     if (vw_fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");

@@ -17,9 +17,8 @@
 #include "base/memory.h"
 #include "detect/effects_text.h"
 #include "detect/pilots.h"
-#include "train/effects/contraction.h"
+#include "train/effects/field_box.h"
 #include "train/effects/registry.h"
-#include "train/effects/wide_box.h"
 #include "train/trainer.h"
 
 enum { FILE_BYTES_MAX = 1 << 16, HEX_LENGTH = VW_HASH_HEX_BYTES - 1 };
@@ -36,7 +35,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     uint8_t shaders[VW_HASH_BYTES];
     struct vw_hasher hasher;
     struct vw_box inner, wide;
-    if (!config || vw_contraction_box(scene, NULL, 0, &inner) || wide_box(scene, &wide)) {
+    if (!config || vw_contraction_box(scene, NULL, 0, &inner) || vw_wide_box(scene, &wide)) {
         free(config);
         return VW_ERROR_MEMORY;
     }

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "train/effects/contraction.h"
+#include "train/effects/field_box.h"
 
 // ---- Facts ---------------------------------------------------------------------------------------------------------
 

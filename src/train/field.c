@@ -5,10 +5,11 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "train/effects/contraction.h"
 #include "train/effects/effects.h"
+#include "train/effects/field_box.h"
 #include "train/passes.h"
 #include "train/pixels.h"
+#include "train/renderers/registry.h"
 
 struct vw_gpu_camera vw_field_camera(const struct vw_model *model, const struct vw_view *view,
                                      const struct vw_box *box) {
@@ -38,6 +39,17 @@ enum vw_status vw_field_pose(struct vw_radiance_field *field, uint32_t view, con
     return vw_buffer_write(field->cameras, view * sizeof camera, &camera, sizeof camera);
 }
 
+enum vw_status vw_model_initialise(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                                   void *params) {
+    uint64_t end = model->weights.offset_bytes + model->weights.size_bytes;
+    const struct vw_drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
+                                   seed};
+    memset((char *)params + end, 0, model->param_bytes - end);
+    enum vw_status status = model->renderer->initialise(model, scene, &drawn, params);
+    if (!status) status = vw_effects_initialise(model, scene, &drawn, params);
+    return status;
+}
+
 static enum vw_status fill_params(const struct vw_radiance_field *field, uint64_t seed) {
     void *initial = vw_allocate(field->model->param_bytes, 1);
     if (!initial) return VW_ERROR_MEMORY;
@@ -64,7 +76,7 @@ enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model,
     enum vw_status status = vw_buffers_create(&field->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
     if (!status) status = fill_cameras(field, scene);
     if (!status) status = fill_params(field, seed);
-    if (!status) status = vw_effects_create_buffers(model, &field->objects, true, 0, field->effect_buffers);
+    if (!status) status = vw_effects_create_buffers(model, &field->objects, true, 0, 0, field->effect_buffers);
     if (!status) status = vw_effects_fill(model, gpu, scene, field->effect_buffers);
     if (status) vw_field_destroy(field);
     return status;

@@ -22,6 +22,11 @@ struct vw_radiance_field {
     struct vw_buffer *effect_buffers[VW_SLOT_COUNT]; // the effects' that rendering needs as well, by slot
 };
 
+// Writes the initial values of the whole params block (param_bytes), which is 0: those of the renderer and of effects.
+// They are a function of the seed, and with splats of the scene's cameras and points; else `scene` may be NULL.
+enum vw_status vw_model_initialise(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                                   void *params);
+
 enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
                                uint64_t seed, struct vw_radiance_field *field);
 void vw_field_destroy(struct vw_radiance_field *field);

@@ -3,6 +3,8 @@
 #ifndef VIEWWORTH_TRAIN_MODEL_H
 #define VIEWWORTH_TRAIN_MODEL_H
 
+#include <stdint.h>
+
 #include "interface.h"
 #include "train/device_choices.h"
 #include "viewworth/gpu.h"
@@ -24,28 +26,19 @@ struct vw_effect_kind;   // effects/kind.h
 struct vw_field_kind;    // fields/registry.h
 struct vw_renderer_kind; // renderers/registry.h
 
-// The sizes of splats. Their params are at the beginning of the block.
-struct vw_splat_model {
-    uint32_t count, degree; // splats; degree of their harmonics
-    uint32_t source_count;  // points of the scene that they are made of, if more than `count` a draw of them; 0: none
-    const char *initial, *initial_sha256; // the file that they begin from, borrowed from the config; NULL: the points
-    double extent_edges;   // size of the scene, by which positions move: how far the train cameras spread
-    float ssim_weight;     // vw_config
-    double position_decay; // vw_config.learning_rate_decay, which is that of positions alone
-};
-
 enum { VW_GRID_PAIR_BYTES = 8 }; // a feature pair: two floats
 
 struct vw_model {
+    const struct vw_config *config; // borrowed
     const struct vw_renderer_kind *renderer;
     const struct vw_field_kind *kind;        // NULL with another renderer than the volume
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // key of what passes draw, apart from order and initialisation
     double learning_rate_decay;              // vw_config
     uint64_t planned_steps;                  // steps over which the rate falls
-    struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
-    bool box_of_effect; // the latter
-    bool awaits_params; // a file will bring them: take_from_scene() is not called
+    struct vw_box box;                       // that the field sees: the scene's, or that of an effect (field_box.h)
+    bool box_of_effect;                      // the latter
+    bool awaits_params;                      // a file will bring them: no exposures are taken from the scene
     struct vw_param_range grid,
         weights; // grid: VW_GRID_PAIR_BYTES per feature pair, empty without one; weights: vec4 columns
     // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
@@ -54,19 +47,17 @@ struct vw_model {
     uint32_t coarse_columns, coarse_column;                    // how many, which the field says; which is its first
     const struct vw_effect_kind *effects[VW_EFFECT_COUNT_MAX]; // the ones that are on, in the order of the table
     uint32_t effect_count;
-    const struct vw_effect_kind *const *effect_table; // all, up to a NULL
     struct vw_param_range ranges[VW_SLOT_COUNT]; // the effects', by the slot that they are bound at; empty without it
-    // With the consistency loss (effects/consistency.h), else 0: its weight, and the side of the picture that the first
-    // rays of a step make.
-    double consistency_weight;
+    // With the consistency loss (effects/appearance_encoder.h) the side of the picture that the first rays of a step
+    // make, else 0.
     uint32_t picture_side;
     uint32_t renderer_flags;     // flags of its own that the renderer's passes set when an update overflows
     bool obeys_masks;            // thumbnails leave out what mask files hide
     uint32_t view_count;         // views of the scene
     const uint32_t *train_views; // borrowed; scene indices, ascending; NULL: the scene's split train
     uint32_t train_count;
-    struct vw_splat_model splats; // used by the renderer splats alone
-    uint32_t patch_side;          // validation looks at squares of so many pixels along a side; 1: at single pixels
+    void *of_renderer;   // owned: what the renderer lays out of its own, apart from fields
+    uint32_t patch_side; // validation looks at squares of so many pixels along a side; 1: at single pixels
     uint64_t param_bytes;
     uint64_t param_count;          // trainable numbers, without padding
     uint32_t pair_count;           // pairs of all levels, with padding
@@ -88,11 +79,20 @@ struct vw_model {
     uint32_t window_count;
 };
 
-// Creates the model. `train_views`: the views that are trained on (scene indices; NULL: the scene's split train).
+// The largest offset alignment that Vulkan allows a device to ask for.
+enum { VW_PARAMS_ALIGNMENT_BYTES = 256 };
+static inline uint64_t vw_round_up(uint64_t value, uint64_t multiple) {
+    return (value + multiple - 1) / multiple * multiple;
+}
+
+// Creates the model; destroy it also after a failure. `train_views`: the views that are trained on (scene indices;
+// NULL: the scene's split train).
 enum vw_status vw_model_create(const struct vw_config *config, const struct vw_scene *scene,
                                const uint32_t *train_views, uint32_t train_count,
                                const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
                                const struct vw_gpu_limits *limits, struct vw_model *model);
+
+void vw_model_destroy(struct vw_model *model);
 
 // Lays out columns after all so far, which update_weights moves, with so many trainable numbers; returns the first.
 uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count);
@@ -103,11 +103,6 @@ bool vw_model_trains_on(const struct vw_model *model, const struct vw_scene *sce
 struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count);
 // Lays out a range after all so far, with so many trainable numbers, to be bound at a slot.
 void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count);
-
-// Writes the initial values of the whole params block (param_bytes), which is 0: those of the renderer and of effects.
-// They are a function of the seed, and with splats of the scene's cameras and points; else `scene` may be NULL.
-enum vw_status vw_model_initialise(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
-                                   void *params);
 
 // Returns what the update passes are told of the optimiser.
 struct vw_adam vw_adam_of(const struct vw_specialization *specialization);
@@ -122,5 +117,21 @@ vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step);
 
 // Returns `rays` rounded up to whole groups.
 uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays);
+
+// ---- Initial values -------------------------------------------------------------------------------------------------
+
+// Initial values of params: random numbers, each keyed by its place in the params block.
+
+// Draws one uniform number in [-scale, scale) per parameter, keyed by its index in the block.
+void vw_fill_uniform(float *values, uint64_t count, uint64_t first_index, float scale, uint64_t seed);
+
+struct vw_drawn {
+    const float *weights; // the first number of the range weights, which has index
+    uint64_t first_index, seed;
+};
+// Fills `count` numbers in or after the range weights. Returns what follows them.
+float *vw_fill_weights(float *values, const struct vw_drawn *drawn, uint64_t count, float scale);
+// Fills a matrix of 4x4 blocks within He's bound for layers that follow a ReLU, so that the signal keeps its size.
+float *vw_fill_matrix(float *values, const struct vw_drawn *drawn, uint32_t out4, uint32_t in4);
 
 #endif

@@ -189,11 +189,6 @@ uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view,
     return written;
 }
 
-uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
-                            bool masks, uint32_t count, struct vw_pixel *pixels) {
-    return vw_pixels_stratify_squares(scene, view, columns, seed, masks, 1, count, pixels);
-}
-
 // Draws one of `squares` that is not among the first `drawn` of the list: Floyd's sampling.
 static uint32_t draw_square(const struct vw_pixel_draw *draw, uint32_t squares, uint32_t wanted, const uint32_t *list,
                             uint32_t drawn) {

@@ -52,14 +52,11 @@ struct vw_pixel_columns {
 };
 struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint32_t view);
 
-// Chooses `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all
-// pixels when there are no more than `count`). `seed` is 0 in all runs that are measured on the same pixels. Returns
-// how many were written.
-uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
-                            bool masks, uint32_t count, struct vw_pixel *pixels);
-// Chooses squares of `side` pixels from a grid at the photo's corner in the same way, as many as hold `count` pixels,
-// but at least one; with a side of 1 that is the same. A square of which no pixel has weight is not chosen where its
-// stratum has another. Squares at the photo's edge have fewer pixels.
+// Chooses fixed pixels of some columns of a view, of squares of `side` pixels from a grid at the photo's corner: one
+// square in each of so many strata of nearly equal area that they hold `count` pixels, but at least one; all when there
+// are no more. A square of which no pixel has weight is not chosen where its stratum has another. Squares at the
+// photo's edge have fewer pixels. `seed` is 0 in all runs that are measured on the same pixels. Returns how many were
+// written.
 uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns,
                                     uint64_t seed, bool masks, uint32_t side, uint32_t count, struct vw_pixel *pixels);
 

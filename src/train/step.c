@@ -20,6 +20,54 @@ struct vw_binding vw_step_overflow_binding(const struct vw_step_passes *step, ui
                                .size_bytes = OVERFLOW_BYTES};
 }
 
+struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *step) {
+    return (struct vw_effect_buffers){step->field->params, step->field->effect_buffers, step->effect_buffers};
+}
+
+void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count) {
+    const struct vw_model *model = step->field->model;
+    const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
+    const struct vw_binding own[] = {
+        {.slot = VW_SLOT_OVERFLOW, .buffer = step->overflow},
+        {.slot = VW_SLOT_PIXELS, .buffer = step->pixels},
+        {.slot = VW_SLOT_SCALARS, .buffer = step->scalars},
+        {.slot = VW_SLOT_RAYS, .buffer = step->ray_buffer},
+        {.slot = VW_SLOT_RAY_LOSS, .buffer = step->ray_loss},
+        {.slot = VW_SLOT_D_WEIGHTS, .buffer = step->d_weights},
+        {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
+    };
+    memcpy(bindings + *count, own, sizeof own);
+    *count += VW_ARRAY_COUNT(own);
+    vw_field_bind(step->field, true, bindings, count);
+    if (model->renderer->step->bind) model->renderer->step->bind(step, bindings, count);
+    vw_effects_bind(model, &of_effects, bindings, count);
+}
+
+static enum vw_status create_generate(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                      const struct vw_pass_params *common, struct vw_pass **generate) {
+    struct vw_binding bindings[VW_SLOT_COUNT];
+    struct vw_pass_params params = *common;
+    memcpy(bindings, common->bindings, common->binding_count * sizeof *bindings);
+    for (uint32_t i = 0; i < common->binding_count; i++)
+        if (bindings[i].slot == VW_SLOT_STEP_STATE) bindings[i].unused = !vw_effects_know_photos(model);
+    params.bindings = bindings;
+    return vw_pass_create_of(objects, &params, &vw_shader_generate_rays, generate);
+}
+
+enum vw_status vw_ray_passes_create(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                    const struct vw_pass_params *common, const struct vw_specialization *specialization,
+                                    struct vw_ray_passes *passes) {
+    enum vw_status status = create_generate(model, objects, common, &passes->generate);
+    if (status || !specialization->effect_sky) return status;
+    return vw_pass_create_of(objects, common, &vw_shader_gradient_sky, &passes->gradient_sky);
+}
+
+void vw_ray_passes_record_end(const struct vw_ray_passes *passes, struct vw_submission *submission, uint32_t rays) {
+    struct vw_push_reduce push = {.count = rays};
+    if (passes->gradient_sky)
+        vw_submission_dispatch(submission, passes->gradient_sky, &push, sizeof push, 64ull * VW_SKY_COLUMNS);
+}
+
 static enum vw_status create_buffers(struct vw_step_passes *step) {
     const struct vw_model *model = step->field->model;
     const struct vw_buffer_row buffers[] = {
@@ -30,10 +78,10 @@ static enum vw_status create_buffers(struct vw_step_passes *step) {
         {&step->weight_moments, "weight_moments", 2 * 16 * (uint64_t)model->moved_columns},
     };
     enum vw_status status = vw_buffers_create(&step->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
-    if (!status) status = model->renderer->create_step_buffers(step);
+    if (!status) status = model->renderer->step->create_buffers(step);
     uint64_t pixels = vw_buffer_size_bytes(step->pixels) / sizeof(struct vw_pixel);
-    if (!status) status = vw_effects_create_pixel_buffers(model, &step->objects, pixels, step->effect_buffers);
-    return !status ? vw_effects_create_buffers(model, &step->objects, false, step->padded_rays, step->effect_buffers)
+    return !status ? vw_effects_create_buffers(model, &step->objects, false, step->padded_rays, pixels,
+                                               step->effect_buffers)
                    : status;
 }
 
@@ -73,7 +121,7 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
                                     .padded_rays = vw_model_pad_rays(field->model, config->rays)};
     enum vw_status status = allocate_places(step);
     if (!status) status = create_buffers(step);
-    if (!status) status = field->model->renderer->create_step_passes(step);
+    if (!status) status = field->model->renderer->step->create_passes(step);
     if (!status) status = create_update_passes(step);
     if (!status) status = vw_effects_create_extras(field->model, step);
     if (status) vw_step_destroy(step);
@@ -82,7 +130,7 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
 
 void vw_step_destroy(struct vw_step_passes *step) {
     if (step->field) vw_effects_destroy_extras(step->field->model, step);
-    if (step->field && step->field->model->renderer->destroy_step) step->field->model->renderer->destroy_step(step);
+    if (step->field) step->field->model->renderer->step->destroy(step);
     vw_gpu_objects_destroy(&step->objects);
     free(step->drawn);
     free(step->counted);
@@ -97,7 +145,7 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
     uint32_t count = 0;
     buffers[count++] = step->field->params;
     if (step->weight_moments) buffers[count++] = step->weight_moments;
-    step->field->model->renderer->training_state(step, buffers, &count);
+    step->field->model->renderer->step->training_state(step, buffers, &count);
     const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
     vw_effects_training_state(step->field->model, &of_effects, buffers, &count);
     return count;
@@ -121,7 +169,7 @@ enum vw_status vw_step_take_photos(const struct vw_step_passes *step, const uint
 
 void vw_step_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                          const struct vw_pixel_draw *draw, uint32_t first_pixel) {
-    uint32_t counted = step->field->model->renderer->draw_pixels(step, submission, view, draw, first_pixel);
+    uint32_t counted = step->field->model->renderer->step->draw_pixels(step, submission, view, draw, first_pixel);
     step->counted[first_pixel / step->rays] = counted ? counted : 1; // a step has rays, if only one without weight
     if (step->photos) return;
     struct vw_pixel *uploaded = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
@@ -143,7 +191,7 @@ void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submi
     struct vw_push_rays rays = {.first_pixel = first_pixel,
                                 .ray_count = vw_step_counted_rays(step, first_pixel),
                                 .key = vw_model_key_of_step(model, number)};
-    model->renderer->record_gradients(step, submission, number, &rays);
+    model->renderer->step->record_gradients(step, submission, number, &rays);
 }
 
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
@@ -158,7 +206,7 @@ void vw_step_record_update(const struct vw_step_passes *step, struct vw_submissi
     update.count = model->moved_columns;
     if (step->update_weights)
         vw_submission_dispatch(submission, step->update_weights, &update, sizeof update, update.count);
-    model->renderer->record_update(step, submission, update);
+    model->renderer->step->record_update(step, submission, update);
 }
 
 void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t first_pixel,

@@ -240,6 +240,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     vw_validation_destroy(&trainer->validation);
     vw_step_destroy(&trainer->step);
     vw_field_destroy(&trainer->field);
+    vw_model_destroy(&trainer->model);
     vw_photo_order_destroy(&trainer->photo_order);
     vw_buffer_destroy(&trainer->pixels);
     vw_buffer_destroy(&trainer->scalars);

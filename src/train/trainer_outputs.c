@@ -5,10 +5,10 @@
 
 #include "base/memory.h"
 #include "train/effects/effects.h"
-#include "train/effects/pose.h"
 #include "train/files/training_files.h"
 #include "train/identity.h"
 #include "train/renderers/splats/splat_file.h"
+#include "train/renderers/splats/splats.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 #include "train/validation/measure_views.h"
@@ -147,7 +147,7 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
 }
 
 enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, size_t *size_bytes) {
-    const struct vw_splat_model *splats = &trainer->model.splats;
+    const struct vw_splat_model *splats = vw_splat_model_of(&trainer->model);
     *data = NULL;
     *size_bytes = 0;
     if (trainer->config.field != VW_FIELD_SPLATS) return VW_OK;

@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "support/encoder_check.h"
 #include "support/gpu_fixture.h"
-#include "train/effects/consistency.h"
+#include "train/effects/appearance_encoder.h"
 
 static const double WEIGHT = 5.0;
 static const uint64_t STEP = 3; // steps 1 to 3 are of both photos
@@ -57,9 +57,9 @@ static void mask(struct step_bench *bench) {
 }
 
 static void take_gradients(struct step_bench *bench) {
-    if (bench->step.d_grid) {
-        void *zeros = test_allocate(vw_buffer_size_bytes(bench->step.d_grid), 1);
-        step_bench_write(bench, bench->step.d_grid, zeros);
+    if (vw_volume_step_of(&bench->step)->d_grid) {
+        void *zeros = test_allocate(vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid), 1);
+        step_bench_write(bench, vw_volume_step_of(&bench->step)->d_grid, zeros);
     }
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, STEP, 0);
@@ -80,7 +80,7 @@ static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
     const struct vw_specialization *s = &bench->model.specialization;
     const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP);
     struct vw_ray *rays = step_bench_read(bench, it->rays);
-    vw_float4 *samples = step_bench_read(bench, bench->step.samples);
+    vw_float4 *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
     struct reference_point *points = test_allocate(s->samples, sizeof *points);
     double sky[VW_SKY_COLUMNS][3];
     reference_sky_read(&bench->model, bench->params, sky);
@@ -211,8 +211,8 @@ static double *read_gradient(struct step_bench *bench) {
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     for (size_t i = 0; i < 4 * (size_t)model->moved_columns; i++)
         gradient[model->weights.offset_bytes / sizeof(float) + i] = d_weights[i];
-    if (!bench->step.d_grid) return gradient;
-    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    if (!vw_volume_step_of(&bench->step)->d_grid) return gradient;
+    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
     int64_t *quanta = test_allocate(features, sizeof *quanta);
     reference_unpack_grid(model, words, quanta);
     for (size_t i = 0; i < features; i++)
@@ -271,7 +271,7 @@ TEST(chunks_change_no_bit) {
         struct step_bench *whole = step_bench_open(&setup);
         setup.chunk_samples = whole->model.ray_group * whole->model.ray_samples;
         struct step_bench *parts = step_bench_open(&setup);
-        assert_true(parts->step.chunk_rays < parts->step.consistency->padded_rays);
+        assert_true(vw_volume_step_of(&parts->step)->chunk_rays < parts->step.consistency->padded_rays);
         take_gradients(whole);
         take_gradients(parts);
         double *of_whole = read_gradient(whole), *of_parts = read_gradient(parts);

@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "support/encoder_check.h"
 #include "support/gpu_fixture.h"
-#include "train/effects/encode_photo.h"
+#include "train/effects/appearance_encoder.h"
 
 static const struct step_case cases[] = {
     {.name = "hash", .seed = 501, .rays = 16, .samples = 16},

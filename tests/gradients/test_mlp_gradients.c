@@ -100,7 +100,8 @@ static void take_step(struct step_bench *bench, bool coarse) {
     if (!coarse) return;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
     vw_submission_begin(bench->submission);
-    vw_importance_record(&bench->model, &bench->step.gradient.importance, bench->submission, &push);
+    vw_importance_record(&bench->model, &vw_volume_step_of(&bench->step)->gradient.importance, bench->submission,
+                         &push);
     vw_step_record_loss(&bench->step, bench->submission, 0, 0);
     step_bench_submit(bench);
 }
@@ -316,7 +317,7 @@ TEST_CASES(rendering_matches_the_reference, c, VW_ARRAY_COUNT(cases)) {
     assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
     struct mlp_step *step = open_step(bench, false);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-    step->rays->sample_places = step_bench_sample_places(bench, evaluator->places);
+    step->rays->sample_places = step_bench_sample_places(bench, vw_volume_evaluation_of(evaluator)->places);
     for (uint32_t i = 0; i < bench->config.rays; i++) step->rays->rays[i] = reference_ray_of(&rays[i]);
     forward(step, false);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++)

@@ -10,8 +10,8 @@
 #include "base/random.h"
 #include "detect/decide.h"
 #include "reference/reference.h"
-#include "train/effects/uncertainty.h"
-#include "train/effects/visibility.h"
+#include "train/effects/ray_network.h"
+#include "train/field.h"
 
 static const double STEP = 1e-5;
 // Share of the largest gradient of the range: the difference's own error is STEP^2 times third derivatives, and 1e-16 /

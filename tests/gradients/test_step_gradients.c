@@ -91,7 +91,7 @@ static void check_slopes(struct step_bench *bench, const struct slope_check *che
     size_t features = 2 * (size_t)bench->model.pair_count;
     float *d_weights = step_bench_read(bench, bench->step.d_weights),
           *gradient = test_allocate(features + REFERENCE_WIDTH_MAX * REFERENCE_ENCODING_MAX, sizeof *gradient);
-    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
     int64_t *quanta = test_allocate(features, sizeof *quanta);
     struct reference_matrix values[REFERENCE_MATRICES];
     reference_matrices(s, &params->weights, values);

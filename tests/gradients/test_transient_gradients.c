@@ -118,7 +118,7 @@ static void read_samples(struct transient_step *step) {
     const struct vw_specialization *s = &bench->model.specialization;
     bool hash = bench->config.field == VW_FIELD_HASH;
     float *rows = step_bench_read(bench, hash ? bench->field.head_rows : bench->field.rows);
-    vw_float4 *samples = step_bench_read(bench, bench->step.samples);
+    vw_float4 *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
     struct reference_mlp mlp;
     reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
     // The features of the field mlp follow encodings, trunk and density.
@@ -253,7 +253,7 @@ TEST_CASES(gradients_of_rays_match_differences, c, VW_ARRAY_COUNT(cases)) {
     step_bench_gradients(bench, STEP);
     struct transient_step *step = open_step(bench);
     float *losses = step_bench_read(bench, bench->step.ray_loss),
-          *d_samples = step_bench_read(bench, bench->step.d_samples),
+          *d_samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_samples),
           *d_rows = step_bench_read(bench, bench->field.d_rows);
     vw_float4 *scalars = step_bench_read(bench, bench->scalars);
     double(*slopes)[SLOPES] = test_allocate(step->sample_count, sizeof *slopes), most[SLOPES] = {0};
@@ -287,8 +287,8 @@ TEST(without_density_it_is_the_squared_loss) {
     struct step_bench *bench = open_case(zero), *without = step_bench_open(&plain);
     step_bench_gradients(bench, STEP);
     step_bench_gradients(without, STEP);
-    float *d_samples = step_bench_read(bench, bench->step.d_samples),
-          *expected = step_bench_read(without, without->step.d_samples),
+    float *d_samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_samples),
+          *expected = step_bench_read(without, vw_volume_step_of(&without->step)->d_samples),
           *losses = step_bench_read(bench, bench->step.ray_loss),
           *expected_losses = step_bench_read(without, without->step.ray_loss);
     double most = 0.0;

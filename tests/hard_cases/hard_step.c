@@ -131,12 +131,12 @@ static struct reference_step *run_reference(struct hard_finding *finding, struct
 
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number) {
     step_bench_gradients(bench, number);
-    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
     struct hard_gradients gradients = {step_bench_read(bench, bench->step.d_weights),
                                        test_allocate(2 * (size_t)bench->model.pair_count, sizeof *gradients.quanta)};
     reference_unpack_grid(&bench->model, words, gradients.quanta);
-    memset(words, 0, vw_buffer_size_bytes(bench->step.d_grid));
-    step_bench_write(bench, bench->step.d_grid, words);
+    memset(words, 0, vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid));
+    step_bench_write(bench, vw_volume_step_of(&bench->step)->d_grid, words);
     return gradients;
 }
 
@@ -287,7 +287,7 @@ void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench
     float *params = step_bench_read(bench, bench->field.params);
     struct reference_params *reference_params = reference_params_create(&bench->model, params);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
-    reference->sample_places = step_bench_sample_places(bench, evaluator->places);
+    reference->sample_places = step_bench_sample_places(bench, vw_volume_evaluation_of(evaluator)->places);
     reference_step_forward(reference, reference_params, false, 0);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         const double rgb[3] = {colours[ray].x, colours[ray].y, colours[ray].z};

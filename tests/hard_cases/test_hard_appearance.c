@@ -10,7 +10,7 @@
 #include "support/synthetic_scene.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
-#include "train/validation/view_fit.h"
+#include "train/validation/validation.h"
 
 enum {
     WIDTH_PX = 12,

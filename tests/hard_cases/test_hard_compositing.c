@@ -90,16 +90,17 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct reference_point *points = test_allocate(in.samples, sizeof *points);
     struct vw_push_samples push = step_bench_push(bench, STEP);
-    assert_true(push.ray_count <= evaluator->chunk_rays);
+    assert_true(push.ray_count <= vw_volume_evaluation_of(evaluator)->chunk_rays);
     step_bench_write(bench, bench->step.ray_buffer, in.ray);
-    step_bench_write(bench, bench->step.samples, in.field);
+    step_bench_write(bench, vw_volume_step_of(&bench->step)->samples, in.field);
     step_bench_write(bench, evaluator->rays, in.ray);
-    step_bench_write(bench, evaluator->samples, in.field);
-    step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push,
+    step_bench_write(bench, vw_volume_evaluation_of(evaluator)->samples, in.field);
+    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.backward_rays, &push, sizeof push,
                         step_bench_lanes(bench, push.ray_count));
-    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, step_bench_lanes(bench, push.ray_count));
+    step_bench_dispatch(bench, vw_volume_evaluation_of(evaluator)->composite, &push, sizeof push,
+                        step_bench_lanes(bench, push.ray_count));
     vw_float4 *colours = step_bench_read(bench, evaluator->colours),
-              *d_field = step_bench_read(bench, bench->step.d_samples);
+              *d_field = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_samples);
     for (uint32_t ray = 0; ray < in.rays; ray++) {
         static const double black[3];
         double colour[3], d_colour[3];
@@ -149,7 +150,7 @@ static void set_density_weights(struct step_bench *bench, float weight) {
 }
 
 static void check_densities(struct hard_finding *finding, struct step_bench *bench, double expected, double tolerance) {
-    vw_float4 *samples = step_bench_read(bench, bench->step.samples);
+    vw_float4 *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         hard_compare(finding, "density", i, samples[i].w, expected, 1.0, tolerance);
 }

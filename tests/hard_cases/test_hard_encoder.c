@@ -7,8 +7,7 @@
 #include "hard_cases/hard_step.h"
 #include "support/encoder_check.h"
 #include "support/synthetic_scene.h"
-#include "train/effects/consistency.h"
-#include "train/effects/encode_photo.h"
+#include "train/effects/appearance_encoder.h"
 
 static const struct step_case setup = {.name = "encoder",
                                        .seed = 521,

@@ -68,7 +68,8 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
     struct vw_specialization s = bench->model.specialization;
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct vw_push_samples push = step_bench_push(bench, STEP);
-    struct vw_buffer *places = training ? bench->step.places : evaluator->places;
+    struct vw_buffer *places =
+        training ? vw_volume_step_of(&bench->step)->places : vw_volume_evaluation_of(evaluator)->places;
     struct vw_ray *rays = make_rays(bench, push.ray_count);
     s.training = training;
     assert_int_equal(s.samples, 20);
@@ -81,9 +82,13 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
         taus[i] = field[i].w * length;
     }
     step_bench_write(bench, training ? bench->step.ray_buffer : evaluator->rays, rays);
-    step_bench_write(bench, training ? bench->step.samples : evaluator->samples, field);
-    step_bench_dispatch(bench, training ? bench->step.gradient.importance.place : evaluator->importance.place, &push,
-                        sizeof push, step_bench_lanes(bench, push.ray_count));
+    step_bench_write(bench,
+                     training ? vw_volume_step_of(&bench->step)->samples : vw_volume_evaluation_of(evaluator)->samples,
+                     field);
+    step_bench_dispatch(bench,
+                        training ? vw_volume_step_of(&bench->step)->gradient.importance.place
+                                 : vw_volume_evaluation_of(evaluator)->importance.place,
+                        &push, sizeof push, step_bench_lanes(bench, push.ray_count));
     float *device = step_bench_read(bench, places);
     for (uint32_t ray = 0; ray < push.ray_count; ray++)
         check_ray(finding, &s, ray, &taus[ray * s.strata], push.key, &device[ray * s.samples]);
@@ -107,7 +112,7 @@ static void no_matter(struct hard_finding *finding) {
     place(finding, nothing);
     struct step_bench *bench = step_bench_open(&setup);
     check_placing(finding, bench, nothing, false);
-    float *device = step_bench_read(bench, step_bench_evaluator(bench)->places);
+    float *device = step_bench_read(bench, vw_volume_evaluation_of(step_bench_evaluator(bench))->places);
     for (uint32_t i = 0; i < 20; i++) // the quantiles of the whole ray
         hard_compare(finding, "even place", i, device[i], (i + 0.5) / 20.0 * 7.0, 7.0, PLACE_TOLERANCE);
 }
@@ -130,7 +135,7 @@ static void whole_steps(struct hard_finding *finding) {
         hard_check_step(finding, bench, STEP);
         whole.chunk_samples = bench->model.ray_group * bench->model.ray_samples;
         struct step_bench *parts = step_bench_open(&whole);
-        assert_true(parts->step.chunk_rays < parts->step.padded_rays);
+        assert_true(vw_volume_step_of(&parts->step)->chunk_rays < parts->step.padded_rays);
         step_bench_step(parts, STEP);
         float *params = step_bench_read(bench, bench->field.params),
               *same = step_bench_read(parts, parts->field.params);
@@ -167,7 +172,7 @@ static void check_places(struct hard_finding *finding, struct step_bench *bench,
     const struct vw_specialization *s = &bench->model.specialization;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-    float *places = step_bench_read(bench, bench->step.places);
+    float *places = step_bench_read(bench, vw_volume_step_of(&bench->step)->places);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         const struct reference_ray line = reference_ray_of(&rays[ray]);
         double taus[7];
@@ -201,10 +206,16 @@ static void off(struct hard_finding *finding) {
     plain.importance_samples = 0;
     struct step_bench *bench = step_bench_open(&plain);
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-    hard_require(finding, !bench->step.places && !bench->step.gradient.importance.place, "a step has nothing of it");
-    hard_require(finding, !evaluator->places && !evaluator->importance.place, "an evaluator has nothing of it");
+    hard_require(finding,
+                 !vw_volume_step_of(&bench->step)->places &&
+                     !vw_volume_step_of(&bench->step)->gradient.importance.place,
+                 "a step has nothing of it");
+    hard_require(finding,
+                 !vw_volume_evaluation_of(evaluator)->places && !vw_volume_evaluation_of(evaluator)->importance.place,
+                 "an evaluator has nothing of it");
     for (int i = 0; i < FIELD_PASSES_MAX; i++)
-        hard_require(finding, !bench->step.gradient.importance.even.passes[i], "no pass renders even samples");
+        hard_require(finding, !vw_volume_step_of(&bench->step)->gradient.importance.even.passes[i],
+                     "no pass renders even samples");
     hard_equal(finding, "samples", 0, bench->model.specialization.samples, bench->model.specialization.strata);
 }
 

@@ -134,7 +134,7 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
     float *rows = clamped_rows(bench, sign);
     struct vw_step_state flags;
     scatter_run(bench, rows, &flags);
-    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
     int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     reference_unpack_grid(&bench->model, words, quanta);
     double samples = bench->padded_samples, sum = sign * samples * s->gradient_clamp / s->gradient_quantum;
@@ -177,7 +177,8 @@ static void stay_silent(struct step_bench *bench, uint32_t first_step) {
             struct vw_push_update push = {.count = bench->model.pair_count,
                                           .step_low = first_step + step + i,
                                           .adam = vw_adam_of(&bench->model.specialization)};
-            vw_submission_dispatch(bench->submission, bench->step.update_grid[0], &push, sizeof push, push.count);
+            vw_submission_dispatch(bench->submission, vw_volume_step_of(&bench->step)->update_grid[0], &push,
+                                   sizeof push, push.count);
         }
         assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
         assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
@@ -264,7 +265,7 @@ static const uint64_t numbers[] = {INT32_MAX,         UINT64_C(1) << 31,       U
 static void set_visits(struct step_bench *bench, uint32_t visits) {
     uint32_t *all = test_allocate(bench->model.pair_count, sizeof *all);
     for (uint32_t i = 0; i < bench->model.pair_count; i++) all[i] = visits;
-    step_bench_write(bench, bench->step.grid_visits, all);
+    step_bench_write(bench, vw_volume_step_of(&bench->step)->grid_visits, all);
 }
 
 static void steps_past_2_31(struct hard_finding *finding) {

@@ -2,7 +2,7 @@
 // next to infinite, and cameras at the centre, far away, and in worlds of any place. Rays are held against the
 // reference's line through the pixel, in double, and then a whole training step and a rendering with these rays.
 #include "support/cmocka_test.h"
-#include "train/fields/hash.h"
+#include "train/fields/registry.h"
 
 #include "base/memory.h"
 #include "hard_cases/hard_run.h"
@@ -23,7 +23,7 @@ static const struct step_case setup = {.name = "unbounded", .seed = 341, HARD_ST
 static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, rays);
-    step_bench_dispatch(bench, bench->step.gradient.field.passes[HASH_FORWARD], &push, sizeof push,
+    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.field.passes[HASH_FORWARD], &push, sizeof push,
                         bench->padded_samples);
     float *rows = step_bench_read_rows(bench), *positions = test_allocate(RAYS, 4 * sizeof *positions);
     for (uint32_t ray = 0; ray < RAYS; ray++)
@@ -114,8 +114,9 @@ static void strata_of_any_lengths(struct hard_finding *finding) {
         for (uint32_t k = 0; k < 16; k++) field[16 * i + k] = (vw_float4){1.0f, 0.5f, 0.0f, density};
     }
     step_bench_write(bench, evaluator->rays, rays);
-    step_bench_write(bench, evaluator->samples, field);
-    step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, step_bench_lanes(bench, push.ray_count));
+    step_bench_write(bench, vw_volume_evaluation_of(evaluator)->samples, field);
+    step_bench_dispatch(bench, vw_volume_evaluation_of(evaluator)->composite, &push, sizeof push,
+                        step_bench_lanes(bench, push.ray_count));
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
     for (uint32_t i = 0; i < RAYS; i++) {
         double left = exp(-thickness[i]);

@@ -26,8 +26,9 @@ struct outcome {
 static const char *const names[] = {"params", "weight moments", "grid moment2", "grid visits", "scalars"};
 
 static struct outcome run(struct step_bench *bench) {
-    struct vw_buffer *buffers[] = {bench->field.params, bench->step.weight_moments, bench->step.grid_moment2,
-                                   bench->step.grid_visits, bench->scalars};
+    struct vw_buffer *buffers[] = {bench->field.params, bench->step.weight_moments,
+                                   vw_volume_step_of(&bench->step)->grid_moment2,
+                                   vw_volume_step_of(&bench->step)->grid_visits, bench->scalars};
     struct outcome outcome;
     for (uint64_t number = 1; number <= STEPS; number++) step_bench_step(bench, number);
     for (int i = 0; i < 5; i++) {
@@ -129,9 +130,10 @@ TEST(rendering_in_chunks_changes_no_bit) {
     enum { BEHIND = 70 };
     struct step_bench *bench = step_bench_open(&many);
     struct vw_evaluator *whole = step_bench_evaluator(bench), part;
-    assert_true(whole->chunk_rays < many.rays && whole->chunk_rays > BEHIND);
-    assert_int_equal(vw_evaluator_create(&bench->field, many.rays - BEHIND, &part), VW_OK);
-    assert_int_equal(part.chunk_rays, part.ray_count);
+    uint32_t chunk_rays = vw_volume_evaluation_of(whole)->chunk_rays;
+    assert_true(chunk_rays < many.rays && chunk_rays > BEHIND);
+    assert_int_equal(vw_evaluator_create(&bench->field, many.rays - BEHIND, false, &part), VW_OK);
+    assert_int_equal(vw_volume_evaluation_of(&part)->chunk_rays, part.ray_count);
     vw_float4 *expected = render(bench, &part, bench->pixels + BEHIND, many.rays - BEHIND);
     vw_float4 *found = render(bench, whole, bench->pixels, many.rays);
     check_same_bits(bench->where, "colours", found + BEHIND, expected, (many.rays - BEHIND) * sizeof *found);

@@ -64,7 +64,7 @@ void reference_place_samples(const struct vw_specialization *s, uint32_t ray, co
 // Returns the length of the stratum that a sample lies in, in box edges.
 double reference_stratum_length(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample);
 
-// ---- contraction.c --------------------------------------------------------------------------------------------------
+// ---- field_box.c ----------------------------------------------------------------------------------------------------
 
 // Maps box coordinates to the field's unit cube, with the effect unbounded.
 void reference_contract(const double box[3], double field[3]);

@@ -2,8 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "train/effects/uncertainty.h"
-#include "train/effects/visibility.h"
+#include "train/effects/ray_network.h"
 
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
     struct reference_params *reference = test_allocate(1, sizeof *reference);

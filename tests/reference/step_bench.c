@@ -9,7 +9,7 @@
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
 #include "support/plain_config.h"
-#include "train/initial_values.h"
+#include "train/model.h"
 #include "train/pixels.h"
 
 static void stop_unless(const struct step_bench *bench, enum vw_status status) {
@@ -153,6 +153,7 @@ static void close_bench(void *opened) {
     vw_step_destroy(&bench->step);
     vw_photo_order_destroy(&bench->photo_order);
     vw_field_destroy(&bench->field);
+    vw_model_destroy(&bench->model);
     vw_buffer_destroy(&bench->pixel_buffer);
     vw_buffer_destroy(&bench->scalars);
     free(bench);
@@ -200,7 +201,7 @@ struct step_bench *step_bench_open_clamped(const struct step_case *c, const stru
 
 struct vw_evaluator *step_bench_evaluator(struct step_bench *bench) {
     if (bench->evaluator.field) return &bench->evaluator;
-    stop_unless(bench, vw_evaluator_create(&bench->field, bench->step.padded_rays, &bench->evaluator));
+    stop_unless(bench, vw_evaluator_create(&bench->field, bench->step.padded_rays, false, &bench->evaluator));
     return &bench->evaluator;
 }
 
@@ -231,7 +232,8 @@ uint64_t step_bench_lanes(const struct step_bench *bench, uint32_t rays) {
 }
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {
-    assert_int_equal(bench->step.chunk_rays, bench->step.padded_rays); // so that activations of all samples are left
+    assert_int_equal(vw_volume_step_of(&bench->step)->chunk_rays,
+                     bench->step.padded_rays); // so that activations of all samples are left
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, number, 0);
     vw_step_record_loss(&bench->step, bench->submission, 0, 0);
@@ -256,12 +258,11 @@ static bool is_named(const struct vw_pass *pass, const char *name) {
 }
 
 const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, const char *name) {
-    for (uint32_t i = 0; i < bench->model.effect_count; i++) {
-        if (is_named(bench->step.gradient.ends[i], name)) return bench->step.gradient.ends[i];
+    const struct vw_pass *sky = vw_volume_step_of(&bench->step)->gradient.of_rays.gradient_sky;
+    for (uint32_t i = 0; i < bench->model.effect_count; i++)
         for (uint32_t k = 0; k < VW_EFFECT_PASSES_MAX; k++)
             if (is_named(bench->step.effects.sets[i].passes[k], name)) return bench->step.effects.sets[i].passes[k];
-    }
-    return NULL;
+    return is_named(sky, name) ? sky : NULL;
 }
 
 void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]) {
@@ -295,7 +296,7 @@ struct reference_step *step_bench_reference(struct step_bench *bench) {
         step_bench_place(bench, ray, reference->places[ray]);
         step_bench_features(bench, ray, reference->features[ray]);
     }
-    reference->sample_places = step_bench_sample_places(bench, bench->step.places);
+    reference->sample_places = step_bench_sample_places(bench, vw_volume_step_of(&bench->step)->places);
     return reference;
 }
 

@@ -7,12 +7,11 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
-#include "train/effects/encode_photo.h"
-#include "train/effects/uncertainty.h"
-#include "train/effects/visibility.h"
+#include "train/effects/appearance_encoder.h"
+#include "train/effects/ray_network.h"
 #include "train/evaluator.h"
 #include "train/photo_order.h"
-#include "train/step.h"
+#include "train/renderers/volume/volume.h"
 
 // Zero means the default in brackets.
 struct step_case {

@@ -7,6 +7,7 @@
 #include "gpu/compute.h"
 #include "support/plain_config.h"
 #include "support/temporary_folder.h"
+#include "train/renderers/volume/volume.h"
 #include "train/trainer.h"
 
 struct vw_config test_config(void) {
@@ -181,7 +182,7 @@ void test_run_assert_same(const struct test_run *a, const struct test_run *b) {
 void test_trainer_has_no_effects(const struct vw_trainer *trainer) {
     static const struct vw_effect_sets no_passes;
     assert_memory_equal(&trainer->step.effects, &no_passes, sizeof no_passes);
-    for (uint32_t i = 0; i < VW_EFFECT_COUNT_MAX; i++) assert_null(trainer->step.gradient.ends[i]);
+    assert_null(vw_volume_step_of(&trainer->step)->gradient.of_rays.gradient_sky);
     for (uint32_t i = 0; i < VW_SLOT_COUNT; i++) {
         assert_null(trainer->step.effect_buffers[i]);
         assert_null(trainer->field.effect_buffers[i]);

@@ -8,7 +8,6 @@
 #include "reference/step_bench.h"
 #include "support/trainer_fixture.h"
 #include "train/adjoint/lasting.h"
-#include "train/adjoint/lasting_private.h"
 
 // Bfloats between passes, kinks of ReLUs within the difference of colours (1e-3 of the params; the random adjoint is
 // rougher than any real one), quanta of the grid. Seen: 0.008 to 0.05.
@@ -135,7 +134,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct vw_model *model = lasting->replay.context->field->model;
     const struct vw_step_passes *step = lasting->replay.context->step;
     const struct vw_adjoint_blocks *adjoint =
-        &lasting->backward.kept[lasting->backward.measure_count - 1]; // its direction is left
+        &lasting->backward.by_measure[lasting->backward.measure_count - 1]; // its direction is left
     uint64_t count = model->param_bytes / 4;
     float *lambda = test_allocate(count, sizeof *lambda);
     struct test_random random = {.seed = 3};
@@ -144,8 +143,8 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     vw_submission_begin(lasting->replay.submission);
     uint32_t pixel = vw_step_replay_draw(&lasting->replay, STEP, 0),
              view = vw_photo_order_view_of_step(lasting->replay.context->photo_order, STEP);
-    vw_kept_steps_record_load(&lasting->kept, lasting->replay.submission, (uint32_t)STEP - 1,
-                              &lasting->backward.blocks);
+    vw_stored_steps_record_load(&lasting->stored, lasting->replay.submission, (uint32_t)STEP - 1,
+                                &lasting->backward.blocks);
     vw_adjoint_record_step(&lasting->backward, lasting->replay.submission, STEP, pixel, 0);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     float *before = read_all(lasting->backward.blocks.before), *after = read_all(lasting->backward.blocks.after),
@@ -171,12 +170,13 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct vw_push_rays push = {
         .first_pixel = pixel, .ray_count = taken, .key = vw_model_key_of_step(model, STEP)};
     vw_submission_begin(lasting->replay.submission);
-    vw_submission_dispatch(lasting->replay.submission, step->gradient.generate, &push, sizeof push, step->padded_rays);
+    vw_submission_dispatch(lasting->replay.submission, vw_volume_step_of(step)->gradient.of_rays.generate, &push,
+                           sizeof push, step->padded_rays);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     struct vw_ray *rays = read_all(step->ray_buffer);
     double(*places)[2] = places_of(lasting->replay.context, pixel, view, taken);
     struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
-                                                         samples_placed(step->places), taken, view);
+                                                         samples_placed(vw_volume_step_of(step)->places), taken, view);
     double *expected = as_block(model, reference), difference = 0, size = 0;
     double factor = (double)counted / taken;
     for (uint64_t i = 0; i < count; i++) {
@@ -246,13 +246,14 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     uint64_t count = model->param_bytes / 4;
     float *zero = test_allocate(count, sizeof *zero);
     for (uint32_t i = 0; i < lasting->backward.measure_count; i++)
-        ASSERT_OK(vw_buffer_write(lasting->backward.kept[i].lambda, 0, zero, model->param_bytes));
+        ASSERT_OK(vw_buffer_write(lasting->backward.by_measure[i].lambda, 0, zero, model->param_bytes));
     vw_submission_begin(lasting->replay.submission);
-    vw_kept_steps_record_load(&lasting->kept, lasting->replay.submission, (uint32_t)STEP - 1,
-                              &lasting->backward.blocks);
+    vw_stored_steps_record_load(&lasting->stored, lasting->replay.submission, (uint32_t)STEP - 1,
+                                &lasting->backward.blocks);
     vw_adjoint_record_state(&lasting->backward, lasting->replay.submission, 0, states);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
-    float *after = read_all(lasting->backward.blocks.after), *lambda = read_all(lasting->backward.kept[measure].lambda);
+    float *after = read_all(lasting->backward.blocks.after),
+          *lambda = read_all(lasting->backward.by_measure[measure].lambda);
     struct vw_ray *rays = read_all(validation->evaluator.rays);
     struct vw_ray_range *scored = read_all(validation->ranges),
                         *fitted = validation->view_fit.ranges ? read_all(validation->view_fit.ranges) : NULL;
@@ -263,7 +264,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     plain.specialization.effect_appearance = plain.specialization.effect_appearance_code = 0;
     struct reference_params *params = reference_params_create(model, after);
     struct reference_step *step = reference_step_create(&plain, rays, ray_count);
-    step->sample_places = samples_placed(validation->evaluator.places);
+    step->sample_places = samples_placed(vw_volume_evaluation_of(&validation->evaluator)->places);
     params->photos = NULL;
     params->visibility_codes = NULL;
     reference_step_forward(step, params, false, 0);

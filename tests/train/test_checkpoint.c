@@ -43,21 +43,9 @@ static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_ru
 }
 
 TEST_CASES(a_run_in_parts_is_the_run, i, VW_ARRAY_COUNT(configs)) {
-    AUTO_FOLDER char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_of(i);
-    struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_allocate(1, sizeof *parts);
-    for (uint32_t part = 0; part < 4; part++) { // each in a trainer of its own
-        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1 + part);
-        uint64_t step = 0;
-        if (part > 0) ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
-        if (part > 0) assert_int_equal(step, parts->records[parts->count - 1].step);
-        if (part < 3) take_some(trainer, 3 * part, parts);
-        else test_run_finish(trainer, parts);
-        if (part < 3) ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
-    }
-    test_run_assert_same(whole, parts);
+    test_run_assert_same(test_run(scene, &config, true, 0), test_run_in_parts(scene, &config));
 }
 
 // Collecting breaks the rhythm of two submissions in flight at every step: no bit changes.

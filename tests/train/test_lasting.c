@@ -7,7 +7,6 @@
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/adjoint/lasting.h"
-#include "train/adjoint/lasting_private.h"
 
 enum { TRAINS = 5, EPOCHS = 12, STEPS = EPOCHS * TRAINS, STEPS_MAX = 300, VIEWS = TEST_VALS }; // photos of test_scene()
 enum { CHECKED = 10 }; // steps that are made longer and shorter
@@ -148,8 +147,8 @@ static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const 
     uint64_t block = lasting->replay.context->field->model->param_bytes, first = range->offset_bytes,
              floats = range->size_bytes / 4;
     double own = 1.0 - lasting->replay.context->config->beta1;
-    float *before = read_floats(lasting->kept.params, block * place + first, floats),
-          *gradient = read_floats(lasting->kept.gradients, block * place + first, floats),
+    float *before = read_floats(lasting->stored.params, block * place + first, floats),
+          *gradient = read_floats(lasting->stored.gradients, block * place + first, floats),
           *after = read_floats(lasting->replay.context->field->params, first, floats),
           *moment = read_floats(moments, 0, floats);
     for (uint64_t i = 0; i < floats; i++) {
@@ -167,7 +166,8 @@ static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra)
     const struct vw_model *model = step->field->model;
     const struct vw_param_range moved = {.offset_bytes = model->weights.offset_bytes,
                                          .size_bytes = 16ull * model->moved_columns};
-    if (step->grid_moment1) nudge_range(lasting, place, &model->grid, step->grid_moment1, extra);
+    if (vw_volume_step_of(step)->grid_moment1)
+        nudge_range(lasting, place, &model->grid, vw_volume_step_of(step)->grid_moment1, extra);
     nudge_range(lasting, place, &moved, step->weight_moments, extra);
 }
 
@@ -191,8 +191,8 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
                      row = vw_step_replay_row(&lasting->replay, place);
             nudged = momentum && step == scaled;
             if (nudged)
-                vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.submission, step, pixel,
-                                            row, 0);
+                vw_adjoint_record_stored_step(&lasting->backward, &lasting->stored, lasting->replay.submission, step,
+                                              pixel, row, 0);
             else {
                 vw_step_record_gradients(context->step, lasting->replay.submission, step, pixel);
                 vw_step_record_update(context->step, lasting->replay.submission, step, pixel,

@@ -166,7 +166,7 @@ TEST(a_posed_camera_sees_what_a_view_there_sees) {
 }
 
 // A larger picture by the same focal lengths and centre shows the same in its corner. Splats beside the photo are drawn
-// with another Jacobian (splat_views.c), so their edges may differ a little.
+// with another Jacobian (splats.c), so their edges may differ a little.
 TEST(a_posed_camera_has_its_own_size) {
     static const enum vw_field fields[] = {VW_FIELD_HASH, VW_FIELD_SPLATS};
     for (int i = 0; i < 2; i++) {

@@ -9,6 +9,7 @@
 #include "gpu/command_list.h"
 #include "gpu/compute.h"
 #include "image/image.h"
+#include "reference/step_bench.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/device_photos.h"
@@ -404,10 +405,147 @@ TEST(validation_pixels_are_stratified_and_fixed) {
         vw_allocate(24 * 18, 1); // a NaN in the file, say: left out whether or not alpha has a meaning
     scene->views[5].image.unusable[3 * 24 + 7] = 1;
     assert_true(vw_pixels_at(scene, 5, true, 7, 3).weight == 0.0f && vw_pixels_at(scene, 5, true, 8, 3).weight == 1.0f);
-    assert_int_equal(vw_pixels_stratify(scene, 5, vw_pixels_all_columns(scene, 5), 0, true, 100, pixels), 100);
+    assert_int_equal(vw_pixels_stratify_squares(scene, 5, vw_pixels_all_columns(scene, 5), 0, true, 1, 100, pixels),
+                     100);
     uint32_t quadrant[4] = {0};
     for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;
     for (int i = 0; i < 4; i++) assert_in_range(quadrant[i], 20, 30); // strata of 2 x 2 px keep each quarter near 25
+}
+
+// ---- Held after a step ----------------------------------------------------------------------------------------------
+
+static const uint32_t sizes[] = {1, 3, 64, 0};
+TEST_CASES(epochs_end_where_they_are_held, i, VW_ARRAY_COUNT(sizes)) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *whole = test_run(scene, &config, true, 4), *held = test_allocate(1, sizeof *held);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, sizes[i]);
+    assert_int_equal(vw_trainer_epoch_end(trainer, 0), 5);
+    for (uint64_t step = 0; step < vw_trainer_total_steps(trainer); step = held->count - 1) {
+        uint64_t end = vw_trainer_epoch_end(trainer, step + 1);
+        vw_trainer_stop_after(trainer, end);
+        test_run_advance(trainer, held);
+        assert_false(vw_trainer_in_flight(trainer));
+        assert_int_equal(held->count, end + 1); // with step 0
+        assert_int_equal(end % 5, 0);
+    }
+    vw_trainer_stop_after(trainer, UINT64_MAX); // the run has an end of its own
+    test_run_finish(trainer, held);
+    test_run_assert_same(whole, held);
+}
+
+// ---- What it is handed ----------------------------------------------------------------------------------------------
+
+enum { LEFT_OUT = 1 }; // the place among the photos to train on
+
+static void exclude(struct vw_scene *scene, uint32_t view) {
+    scene->views[view].split = VW_SPLIT_EXCLUDED;
+    scene->split_count[VW_SPLIT_TRAIN]--;
+    scene->split_count[VW_SPLIT_EXCLUDED]++;
+}
+
+static struct test_run *run_on(const struct vw_scene *scene, const struct vw_config *config, const uint32_t *views,
+                               uint32_t count, uint8_t run_id[VW_HASH_BYTES]) {
+    struct vw_trainer *trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+                                                                              .scene = scene,
+                                                                              .config = config,
+                                                                              .train_views = views,
+                                                                              .train_view_count = count,
+                                                                              .validate = true});
+    ASSERT_OK(vw_trainer_run_id(trainer, run_id));
+    return test_run_of(trainer);
+}
+
+// Also where a photo has numbers of its own, and where its camera would move the box.
+static const char *const effects[] = {"none", "appearance,appearance_code", "unbounded"};
+TEST_CASES(some_views_are_as_a_scene_of_these, i, VW_ARRAY_COUNT(effects)) {
+    struct vw_scene *whole = test_scene(), *smaller = test_scene();
+    struct vw_config config = test_config();
+    uint32_t *views = NULL, all = 0, count = 0;
+    uint8_t ids[3][VW_HASH_BYTES];
+    strcpy(config.effects, effects[i]);
+    if (!strcmp(effects[i], "unbounded")) whole->box.half_extent_world = smaller->box.half_extent_world = 100.0;
+    ASSERT_OK(vw_scene_list_views(whole, VW_SPLIT_TRAIN, &views, &all));
+    struct test_run *everything = run_on(whole, &config, views, all, ids[2]);
+    exclude(smaller, views[LEFT_OUT]);
+    for (uint32_t v = 0; v < all; v++)
+        if (v != LEFT_OUT) views[count++] = views[v];
+    struct test_run *expected = run_on(smaller, &config, NULL, 0, ids[0]),
+                    *got = run_on(whole, &config, views, count, ids[1]);
+    assert_memory_equal(ids[0], ids[1], 32);
+    assert_memory_not_equal(ids[0], ids[2], 32);
+    test_run_assert_same(expected, got);
+    assert_int_equal(expected->stats.param_count, got->stats.param_count);
+    assert_true(everything->count > got->count);
+    assert_int_equal(whole->split_count[VW_SPLIT_TRAIN], all);
+    free(views);
+}
+
+TEST(what_cannot_be_trained_on_is_refused) {
+    struct vw_scene *scene = test_scene();
+    const struct vw_config config = test_config();
+    struct vw_trainer *trainer = NULL;
+    struct vw_trainer_params params = {.gpu = test_gpu(), .scene = scene, .config = &config};
+    ASSERT_FAILS(vw_trainer_create(&params, &trainer), VW_ERROR_USAGE, "no verdicts on effects");
+
+    const uint32_t twice[] = {2, 2}, falling[] = {2, 1}, beyond[] = {2, scene->view_count};
+    const uint32_t *const lists[] = {twice, falling, beyond};
+    params.train_view_count = 2;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(lists); i++) {
+        params.train_views = lists[i];
+        ASSERT_FAILS(test_trainer_try(params, &trainer), VW_ERROR_USAGE, "train_views[1]");
+    }
+    params.train_view_count = 0;
+    ASSERT_FAILS(test_trainer_try(params, &trainer), VW_ERROR_INPUT, "no view is left to train on");
+}
+
+// ---- The learning rate ----------------------------------------------------------------------------------------------
+
+static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
+    step_bench_write_params(bench);
+    vw_submission_begin(bench->submission);
+    vw_step_record_gradients(&bench->step, bench->submission, 1, 0); // the same for all numbers
+    vw_step_record_update(&bench->step, bench->submission, number, 0, extra);
+    step_bench_submit(bench);
+    float *params = step_bench_read(bench, bench->field.params);
+    double sum = 0.0;
+    for (size_t i = 0; i < bench->model.param_bytes / sizeof *params; i++) sum += fabs(params[i] - bench->params[i]);
+    return sum;
+}
+
+// Plain descent makes a step as long as its rate.
+TEST(the_rate_falls_to_its_share_at_the_last_planned_step) {
+    const struct step_case setup = {.name = "decay",
+                                    .seed = 41,
+                                    .levels = 2,
+                                    .width = 16,
+                                    .samples = 16,
+                                    .learning_rate = 1.0,
+                                    .optimizer = VW_OPTIMIZER_SGD};
+    struct step_bench *bench = step_bench_open(&setup);
+    double constant = moved_by(bench, 7, 0.0f);
+    assert_true(constant > 0.0);
+    bench->model.learning_rate_decay = 0.01;
+    bench->model.planned_steps = 11;
+    const struct {
+        uint64_t number;
+        double share;
+    } cases[] = {{1, 1.0}, {6, 0.1}, {11, 0.01}, {12, 0.01}, {UINT64_MAX, 0.01}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        double moved = moved_by(bench, cases[i].number, 0.0f) / constant;
+        if (!(fabs(moved - cases[i].share) < 1e-3 * cases[i].share))
+            fail_msg("step %llu moves by %g, not %g", (unsigned long long)cases[i].number, moved, cases[i].share);
+    }
+    assert_true(fabs(moved_by(bench, 6, 0.5f) / constant - 0.15) < 1e-3); // as the gate of lasting credit asks
+    bench->model.planned_steps = 1;
+    assert_true(vw_model_rate_factor_of_step(&bench->model, 1) == 1.0);
+}
+
+TEST(the_planned_steps_are_those_of_the_run) {
+    struct vw_config config = test_config();
+    config.learning_rate_decay = 0.05;
+    struct vw_trainer *trainer = test_trainer_create(test_scene(), &config, false, 0);
+    assert_int_equal(trainer->model.planned_steps, vw_trainer_total_steps(trainer));
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -16,8 +16,4 @@ vec3 correct(vw_appearance photo, vec3 shown) {
     return corrected;
 }
 
-// The ridge of fits, in squared errors: as if one ray were off by 0.3 for a gain or bias of 1. In fit_views ten times
-// as much cost 0.15 dB, a tenth gave none.
-const float FIT_RIDGE = 0.1;
-
 #endif

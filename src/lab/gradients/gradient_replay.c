@@ -55,7 +55,7 @@ void vw_gradient_replay_record_zero(const struct vw_gradient_replay *gradient_re
     vw_submission_copy(gradient_replay->replay.submission, gradient_replay->zeros, 0,
                        gradient_replay->passes.adjoint.blocks.lambda, 0, bytes);
     vw_submission_copy(gradient_replay->replay.submission, gradient_replay->zeros, 0,
-                       gradient_replay->passes.kept[ADJOINT_PSNR].lambda, 0, bytes);
+                       gradient_replay->passes.by_measure[ADJOINT_PSNR].lambda, 0, bytes);
 }
 
 void vw_gradient_replay_record_validation(const struct vw_gradient_replay *gradient_replay, uint32_t scalar_row) {

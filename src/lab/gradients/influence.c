@@ -28,9 +28,12 @@ static enum vw_status read_grid_rates(struct vw_influence *influence) {
     double *rates = influence->rates + model->grid.offset_bytes / sizeof(float);
     uint32_t *visits = vw_allocate(model->pair_count, sizeof *visits);
     enum vw_status status = visits ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = vw_buffer_read(context->step->grid_moment2, 0, influence->block, 8ull * model->pair_count);
     if (!status)
-        status = vw_buffer_read(context->step->grid_visits, 0, visits, sizeof *visits * (uint64_t)model->pair_count);
+        status = vw_buffer_read(vw_volume_step_of(context->step)->grid_moment2, 0, influence->block,
+                                8ull * model->pair_count);
+    if (!status)
+        status = vw_buffer_read(vw_volume_step_of(context->step)->grid_visits, 0, visits,
+                                sizeof *visits * (uint64_t)model->pair_count);
     for (uint64_t i = 0; i < 2ull * model->pair_count && !status; i++)
         rates[i] =
             rate_of(influence, influence->block[i], lazy ? visits[i / 2] : (double)influence->gradient_replay.step);

@@ -8,7 +8,6 @@
 #include "gpu/shaders.h"
 #include "train/effects/effects.h"
 #include "train/passes.h"
-#include "train/step.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
@@ -61,13 +60,13 @@ static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_
     };
     enum vw_status status = vw_buffers_create(&backward->objects, VW_BUFFER_READBACK, &rows, 1);
     if (!status) status = vw_buffers_create(&backward->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
-    backward->kept = vw_allocate(backward->measure_count, sizeof *backward->kept);
-    if (!status && !backward->kept) status = VW_ERROR_MEMORY;
+    backward->by_measure = vw_allocate(backward->measure_count, sizeof *backward->by_measure);
+    if (!status && !backward->by_measure) status = VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < backward->measure_count && !status; i++) {
-        bool by_host = i >= ADJOINT_OF_VIEWS && backward->kept_by_host;
-        const struct vw_buffer_row kept[] = {{&backward->kept[i].lambda, "kept_adjoint", block},
-                                             {&backward->kept[i].moment, "kept_adjoint", momentum}};
-        status = vw_buffers_create(&backward->objects, by_host ? VW_BUFFER_READBACK : VW_BUFFER_DEVICE, kept, 2);
+        bool by_host = i >= ADJOINT_OF_VIEWS && backward->views_on_host;
+        const struct vw_buffer_row of_measure[] = {{&backward->by_measure[i].lambda, "adjoint_of_measure", block},
+                                                   {&backward->by_measure[i].moment, "adjoint_of_measure", momentum}};
+        status = vw_buffers_create(&backward->objects, by_host ? VW_BUFFER_READBACK : VW_BUFFER_DEVICE, of_measure, 2);
     }
     return status;
 }
@@ -161,7 +160,7 @@ static enum vw_status create_gather_grid(struct vw_adjoint_passes *backward, uin
         {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
         {.slot = VW_SLOT_STEP_STATE, .buffer = backward->context->field->step_state},
         {.slot = VW_SLOT_D_GRID,
-         .buffer = backward->context->step->d_grid,
+         .buffer = vw_volume_step_of(backward->context->step)->d_grid,
          .offset_bytes = word * first,
          .size_bytes = word * pairs},
     };
@@ -177,14 +176,9 @@ static enum vw_status create_gathered(struct vw_adjoint_passes *backward, struct
     gathered->block = block;
     for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_gather_grid(backward, i, gathered);
     if (!status) status = create_gather(backward, &vw_shader_gather_weights, &moved, NULL, block, &gathered->weights);
-    for (uint32_t i = 0; i < model->effect_count && !status; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        const struct vw_param_range *second = kind->gathered_second ? &model->ranges[kind->gathered_second] : NULL;
-        if (kind->gather)
-            status = create_gather(backward, kind->gather, &model->ranges[kind->gathered], second, block,
-                                   &gathered->photos[i]);
-    }
-    return status;
+    if (status || !model->specialization.effect_appearance_code) return status;
+    return create_gather(backward, &vw_shader_gather_code, &model->ranges[VW_SLOT_CODE_WEIGHTS],
+                         &model->ranges[VW_SLOT_CODES], block, &gathered->codes);
 }
 
 static enum vw_status create_adjoint(struct vw_adjoint_passes *backward, struct vw_adjoint *adjoint) {
@@ -288,7 +282,7 @@ enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const s
                                            .objects = {.gpu = context->field->gpu},
                                            .rays = params->rays && params->rays < of_step ? params->rays : of_step,
                                            .measure_count = params->psnr_alone ? 1 : ADJOINT_OF_VIEWS + views};
-    backward->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
+    backward->views_on_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
     enum vw_status status = vw_adjoint_check(context);
     if (!status) status = create_buffers(backward, params->submission_steps);
     if (!status) status = create_val_rays(backward);
@@ -303,13 +297,13 @@ enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const s
 
 void vw_adjoint_destroy(struct vw_adjoint_passes *backward) {
     vw_gpu_objects_destroy(&backward->objects);
-    free(backward->kept);
-    backward->kept = NULL;
+    free(backward->by_measure);
+    backward->by_measure = NULL;
 }
 
 uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward) {
-    return backward->kept_by_host ? 0
-                                  : (backward->measure_count - ADJOINT_OF_VIEWS) * adjoint_bytes(model_of(backward));
+    return backward->views_on_host ? 0
+                                   : (backward->measure_count - ADJOINT_OF_VIEWS) * adjoint_bytes(model_of(backward));
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
@@ -326,8 +320,7 @@ static void record_gather(const struct vw_adjoint_passes *backward, const struct
     push.count = model->followed_columns;
     vw_submission_dispatch(submission, gathered->weights, &push, sizeof push, push.count);
     push.count = rays;
-    for (uint32_t i = 0; i < model->effect_count && photos; i++)
-        if (gathered->photos[i]) vw_submission_dispatch(submission, gathered->photos[i], &push, sizeof push, 1);
+    if (photos && gathered->codes) vw_submission_dispatch(submission, gathered->codes, &push, sizeof push, 1);
 }
 
 // Records a step as vw_step_record_passes() takes it, with its gradient in a block.
@@ -341,13 +334,13 @@ static void record_step(const struct vw_adjoint_passes *backward, struct vw_subm
     vw_step_record_loss(step, submission, first_pixel, scalar_row);
 }
 
-void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const struct vw_kept_steps *kept,
-                                 struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
-                                 uint32_t scalar_row, uint32_t place) {
-    vw_kept_steps_record_before(kept, submission, place);
+void vw_adjoint_record_stored_step(const struct vw_adjoint_passes *backward, const struct vw_stored_steps *stored,
+                                   struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
+                                   uint32_t scalar_row, uint32_t place) {
+    vw_stored_steps_record_before(stored, submission, place);
     record_step(backward, submission, number, first_pixel, scalar_row);
-    vw_kept_steps_record_gradient(kept, submission, backward->blocks.gradient, place);
-    vw_kept_steps_record_after(kept, submission, place);
+    vw_stored_steps_record_gradient(stored, submission, backward->blocks.gradient, place);
+    vw_stored_steps_record_after(stored, submission, place);
 }
 
 void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
@@ -378,11 +371,11 @@ static void record_views_back(const struct vw_adjoint_passes *backward, struct v
         uint32_t count = rays - piece < step->padded_rays ? rays - piece : step->padded_rays;
         vw_submission_copy(submission, backward->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
                            sizeof(struct vw_ray) * count);
-        for (uint32_t first = 0; first < count; first += step->chunk_rays) {
+        for (uint32_t first = 0; first < count; first += vw_volume_step_of(step)->chunk_rays) {
             const struct vw_push_samples chunk = vw_gradient_chunk(step, count, first, (vw_uint4){0});
             vw_gradient_record_chunk(step, &backward->validation, submission, &chunk);
         }
-        vw_gradient_record_end(step, &backward->validation, submission, count);
+        vw_ray_passes_record_end(&backward->validation.of_rays, submission, count);
         record_gather(backward, &backward->adjoint.sum, submission, true, false, 0);
         vw_step_record_clear(step, submission);
     }
@@ -414,9 +407,9 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
         vw_submission_dispatch(submission, backward->slope_views, &push, sizeof push, 64ull * push.count);
         push.count = validation->evaluator.ray_count;
         vw_submission_dispatch(submission, backward->normalise_views, &push, sizeof push, 1);
-        record_copy(backward, submission, &backward->kept[i], &backward->adjoint.blocks);
+        record_copy(backward, submission, &backward->by_measure[i], &backward->adjoint.blocks);
         record_views_back(backward, submission);
-        record_copy(backward, submission, &backward->adjoint.blocks, &backward->kept[i]);
+        record_copy(backward, submission, &backward->adjoint.blocks, &backward->by_measure[i]);
     }
 }
 
@@ -432,10 +425,10 @@ static void record_places(const struct vw_adjoint_passes *backward, struct vw_su
     if (!backward->places) return;
     record_restore(backward, submission, backward->blocks.before);
     vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
-    for (uint32_t first = 0; first < padded; first += step->chunk_rays) {
+    for (uint32_t first = 0; first < padded; first += vw_volume_step_of(step)->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, padded, first, rays->key);
         vw_importance_record(model_of(backward), &backward->product.importance, submission, &chunk);
-        vw_submission_copy(submission, step->places, 0, backward->places,
+        vw_submission_copy(submission, vw_volume_step_of(step)->places, 0, backward->places,
                            vw_importance_places_bytes(model_of(backward), first),
                            vw_importance_places_bytes(model_of(backward), chunk.ray_count));
     }
@@ -451,14 +444,15 @@ static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_su
         vw_submission_dispatch(submission, backward->perturb, &push, sizeof push, block4);
         vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
         vw_effects_record_rays(model_of(backward), &step->effects, step, submission, rays);
-        for (uint32_t first = 0; first < padded; first += step->chunk_rays) {
+        for (uint32_t first = 0; first < padded; first += vw_volume_step_of(step)->chunk_rays) {
             const struct vw_push_samples chunk = vw_gradient_chunk(step, padded, first, rays->key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
             if (backward->places)
                 vw_submission_copy(submission, backward->places, vw_importance_places_bytes(model_of(backward), first),
-                                   step->places, 0, vw_importance_places_bytes(model_of(backward), chunk.ray_count));
-            vw_gradient_record_forward(step, &backward->forward, submission, &chunk);
+                                   vw_volume_step_of(step)->places, 0,
+                                   vw_importance_places_bytes(model_of(backward), chunk.ray_count));
+            model_of(backward)->kind->record_forward(model_of(backward), &backward->forward, submission, &chunk);
             vw_submission_dispatch(submission, backward->difference, &difference, sizeof difference, chunk.ray_count);
         }
     }
@@ -476,11 +470,11 @@ static void record_product(const struct vw_adjoint_passes *backward, struct vw_s
     record_slopes(backward, submission, rays);
     record_restore(backward, submission, backward->blocks.before);
     vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
-    for (uint32_t first = 0; first < padded; first += step->chunk_rays) {
+    for (uint32_t first = 0; first < padded; first += vw_volume_step_of(step)->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, padded, first, rays->key);
         vw_gradient_record_chunk(step, &backward->product, submission, &chunk);
     }
-    vw_gradient_record_end(step, &backward->product, submission, padded);
+    vw_ray_passes_record_end(&backward->product.of_rays, submission, padded);
     record_gather(backward, &backward->adjoint.sum, submission, true, true, padded);
     vw_step_record_clear(step, submission);
 }
@@ -496,7 +490,8 @@ static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_s
     const struct vw_push_block block = {.count = block_vectors(backward),
                                         .beta1 = step->field->model->specialization.beta1};
     record_restore(backward, submission, backward->blocks.before); // which correct the photo
-    vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
+    vw_submission_dispatch(submission, vw_volume_step_of(step)->gradient.of_rays.generate, rays, sizeof *rays,
+                           step->padded_rays);
     vw_submission_dispatch(submission, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);
     record_reduce(backward, submission, row);
     record_product(backward, submission, rays);
@@ -515,9 +510,9 @@ void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_
                             uint32_t first_pixel, uint32_t row) {
     const struct vw_push_rays rays = rays_of_step(backward, number, first_pixel);
     for (uint32_t i = 0; i < backward->measure_count; i++) {
-        record_copy(backward, submission, &backward->kept[i], &backward->adjoint.blocks);
+        record_copy(backward, submission, &backward->by_measure[i], &backward->adjoint.blocks);
         record_adjoint(backward, submission, &rays, row + i);
-        record_copy(backward, submission, &backward->adjoint.blocks, &backward->kept[i]);
+        record_copy(backward, submission, &backward->adjoint.blocks, &backward->by_measure[i]);
     }
 }
 
@@ -550,6 +545,7 @@ void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struc
                                  uint64_t number, uint32_t first_pixel) {
     const struct vw_step_passes *step = backward->context->step;
     const struct vw_push_rays rays = rays_of_step(backward, number, first_pixel);
-    vw_submission_dispatch(submission, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
+    vw_submission_dispatch(submission, vw_volume_step_of(step)->gradient.of_rays.generate, &rays, sizeof rays,
+                           step->padded_rays);
     record_product(backward, submission, &rays);
 }

@@ -5,11 +5,13 @@
 //   -> colours forward and backward along it -> difference x curvature = slopes -> back -> added to the adjoint
 // The adjoint begins as the gradient of U, which is added at every state that U averages over:
 //   validation -> slope_views -> back -> added to the adjoint
-// The passes have one adjoint to work on. Every measure of U keeps its own in `kept`, and it is copied there and back.
+// The passes have one adjoint to work on. Every measure of U keeps its own in `by_measure`, and it is copied there and
+// back.
 #ifndef VIEWWORTH_TRAIN_ADJOINT_ADJOINT_PASSES_H
 #define VIEWWORTH_TRAIN_ADJOINT_ADJOINT_PASSES_H
 
-#include "train/adjoint/kept_steps.h"
+#include "train/adjoint/step_replay.h"
+#include "train/renderers/volume/volume.h"
 #include "train/trainer_parts.h"
 
 // Measures of U, each with an adjoint of its own: of all validation views, and after these, where asked for, the PSNR
@@ -20,7 +22,7 @@ enum vw_adjoint_measure { ADJOINT_PSNR, ADJOINT_LOSS, ADJOINT_OF_VIEWS };
 struct vw_gathered {
     struct vw_buffer *block;                       // borrowed
     struct vw_pass *grid[VW_LEVELS_MAX], *weights; // grid: per window
-    struct vw_pass *photos[VW_EFFECT_COUNT_MAX];   // params that belong to photos, by place in the table of effects
+    struct vw_pass *codes;                         // NULL without the effect appearance_code
 };
 
 struct vw_adjoint_blocks {
@@ -51,9 +53,9 @@ struct vw_adjoint_passes {
     struct vw_pass *multiply;         // the adjoint with a step
     struct vw_gathered step_gradient; // writes blocks.gradient
     struct vw_adjoint adjoint;
-    struct vw_adjoint_blocks *kept; // owned; by measure
+    struct vw_adjoint_blocks *by_measure; // owned
     uint32_t measure_count;
-    bool kept_by_host; // the host keeps the adjoints of single views
+    bool views_on_host; // the host has the adjoints of single views
 };
 
 struct vw_adjoint_params {
@@ -76,9 +78,9 @@ void vw_adjoint_destroy(struct vw_adjoint_passes *backward);
 
 // Replays step `number`, with its pixels at `first_pixel`: as vw_step_record_passes() does, which gives the same bits,
 // and keeps at `place` what the backward pass needs of it.
-void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const struct vw_kept_steps *kept,
-                                 struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
-                                 uint32_t scalar_row, uint32_t place);
+void vw_adjoint_record_stored_step(const struct vw_adjoint_passes *backward, const struct vw_stored_steps *stored,
+                                   struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
+                                   uint32_t scalar_row, uint32_t place);
 
 // Takes step `number` and leaves in the blocks the params before and after it and its gradient.
 void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,

@@ -9,7 +9,6 @@
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "train/adjoint/lasting_private.h"
 #include "train/files/hashed_file.h"
 
 static const double ADVANCE_SECONDS = 0.5;
@@ -49,9 +48,9 @@ static uint64_t state_bytes(const struct vw_lasting *lasting) {
     return vw_buffer_list_bytes(&list);
 }
 
-static uint64_t kept_bytes(const struct vw_lasting *lasting, uint64_t segment_steps) {
+static uint64_t stored_bytes(const struct vw_lasting *lasting, uint64_t segment_steps) {
     uint64_t segments = (lasting->replay.total_steps + segment_steps - 1) / segment_steps;
-    return segment_steps * vw_kept_step_bytes(lasting->replay.context->step) + segments * state_bytes(lasting);
+    return segment_steps * vw_stored_step_bytes(lasting->replay.context->step) + segments * state_bytes(lasting);
 }
 
 static uint64_t default_memory_bytes(const struct vw_gpu *gpu) { return vw_gpu_get_info(gpu)->memory_bytes / 4; }
@@ -67,7 +66,7 @@ static uint64_t segment_steps_most(const struct vw_lasting *lasting) {
 static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
     double steps = (double)lasting->replay.total_steps, state = (double)state_bytes(lasting);
     uint64_t thriftiest =
-                 (uint64_t)ceil(sqrt(steps * state / (double)vw_kept_step_bytes(lasting->replay.context->step))),
+                 (uint64_t)ceil(sqrt(steps * state / (double)vw_stored_step_bytes(lasting->replay.context->step))),
              most = segment_steps_most(lasting);
     return thriftiest < 1 ? 1 : thriftiest < most ? thriftiest : most;
 }
@@ -75,14 +74,14 @@ static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
 // Puts all steps into one segment where memory allows, or else chooses the length that takes the least memory.
 static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memory_bytes) {
     uint64_t steps = lasting->replay.total_steps;
-    if (steps > segment_steps_most(lasting) || kept_bytes(lasting, steps) > memory_bytes)
+    if (steps > segment_steps_most(lasting) || stored_bytes(lasting, steps) > memory_bytes)
         steps = thriftiest_steps(lasting);
-    if (kept_bytes(lasting, steps) > memory_bytes)
+    if (stored_bytes(lasting, steps) > memory_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit keeps at least %" PRIu64
                        " MiB of states of this training, more than the %" PRIu64
                        " MiB that it may take; value the scene with fewer epochs or a lower --log2-table",
-                       kept_bytes(lasting, steps) >> 20, memory_bytes >> 20);
+                       stored_bytes(lasting, steps) >> 20, memory_bytes >> 20);
     lasting->segment_steps = steps;
     lasting->segment_count = (uint32_t)((lasting->replay.total_steps + steps - 1) / steps);
     return VW_OK;
@@ -90,7 +89,7 @@ static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memor
 
 // Returns the memory for the adjoints of single views: what remains when the states of steps take the least they need.
 static uint64_t views_memory_bytes(const struct vw_lasting *lasting, uint64_t memory_bytes) {
-    uint64_t least_bytes = kept_bytes(lasting, thriftiest_steps(lasting));
+    uint64_t least_bytes = stored_bytes(lasting, thriftiest_steps(lasting));
     return memory_bytes > least_bytes ? memory_bytes - least_bytes : 0;
 }
 
@@ -120,7 +119,8 @@ static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_l
     status = vw_adjoint_create(lasting->replay.context, &backward, &lasting->backward);
     if (!status) status = choose_segments(lasting, memory_bytes - vw_adjoint_views_bytes(&lasting->backward));
     if (!status)
-        status = vw_kept_steps_create(lasting->replay.context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
+        status =
+            vw_stored_steps_create(lasting->replay.context->step, (uint32_t)lasting->segment_steps, &lasting->stored);
     if (status) return status;
     lasting->starts = vw_allocate(lasting->segment_count, sizeof *lasting->starts);
     lasting->credits = vw_allocate(lasting->backward_steps, sizeof *lasting->credits);
@@ -146,7 +146,7 @@ void vw_lasting_destroy(struct vw_lasting **pointer) {
     struct vw_lasting *lasting = *pointer;
     if (!lasting) return;
     for (uint32_t i = 0; lasting->starts && i < lasting->segment_count; i++) vw_snapshot_destroy(&lasting->starts[i]);
-    vw_kept_steps_destroy(&lasting->kept);
+    vw_stored_steps_destroy(&lasting->stored);
     vw_adjoint_destroy(&lasting->backward);
     vw_step_replay_destroy(&lasting->replay);
     free(lasting->starts);
@@ -158,7 +158,7 @@ void vw_lasting_destroy(struct vw_lasting **pointer) {
 
 // ---- Replay ---------------------------------------------------------------------------------------------------------
 
-// Returns the place of a step within the kept segment, or UINT32_MAX.
+// Returns the place of a step within the stored segment, or UINT32_MAX.
 static uint32_t place_of(const struct vw_lasting *lasting, uint64_t step) {
     uint64_t before = lasting->segment * lasting->segment_steps;
     return step > before ? (uint32_t)(step - before - 1) : UINT32_MAX;
@@ -186,8 +186,8 @@ static enum vw_status replay_submission(struct vw_lasting *lasting) {
             vw_step_record_passes(lasting->replay.context->step, lasting->replay.submission, first + i, pixel,
                                   vw_step_replay_row(&lasting->replay, i));
         else
-            vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.submission, first + i,
-                                        pixel, vw_step_replay_row(&lasting->replay, i), place);
+            vw_adjoint_record_stored_step(&lasting->backward, &lasting->stored, lasting->replay.submission, first + i,
+                                          pixel, vw_step_replay_row(&lasting->replay, i), place);
     }
     enum vw_status ran = vw_step_replay_run(&lasting->replay);
     if (!status) status = ran;
@@ -255,7 +255,7 @@ static enum vw_status go_back_submission(struct vw_lasting *lasting, uint32_t *h
     for (uint32_t i = 0; i < count; i++) {
         uint64_t step = lasting->next_step - i;
         uint32_t pixel = vw_step_replay_draw(&lasting->replay, step, i);
-        vw_kept_steps_record_load(&lasting->kept, lasting->replay.submission, place_of(lasting, step), blocks);
+        vw_stored_steps_record_load(&lasting->stored, lasting->replay.submission, place_of(lasting, step), blocks);
         if (vw_lasting_is_state(lasting, step))
             vw_adjoint_record_state(&lasting->backward, lasting->replay.submission,
                                     vw_step_replay_row(&lasting->replay, i), states);
@@ -285,13 +285,13 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
 }
 
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state) {
-    uint64_t first_kept = lasting->segment * lasting->segment_steps, replay_left = 0;
+    uint64_t first_stored = lasting->segment * lasting->segment_steps, replay_left = 0;
     if (lasting->replaying) replay_left = lasting->until_step - lasting->state_step;
     *state = (struct vw_lasting_state){
         .work_done = lasting->work_done,
-        .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step * backward_work(lasting),
+        .work_total = lasting->work_done + replay_left + first_stored + lasting->next_step * backward_work(lasting),
         .next_step = lasting->next_step,
-        .memory_bytes = kept_bytes(lasting, lasting->segment_steps) + vw_adjoint_views_bytes(&lasting->backward)};
+        .memory_bytes = stored_bytes(lasting, lasting->segment_steps) + vw_adjoint_views_bytes(&lasting->backward)};
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
@@ -304,8 +304,8 @@ static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct vw_
     struct vw_buffer **buffers = vw_allocate(measures, 2 * sizeof *buffers);
     if (!buffers) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < measures; i++) {
-        buffers[2 * i] = lasting->backward.kept[i].lambda;
-        buffers[2 * i + 1] = lasting->backward.kept[i].moment; // NULL entries are skipped
+        buffers[2 * i] = lasting->backward.by_measure[i].lambda;
+        buffers[2 * i + 1] = lasting->backward.by_measure[i].moment; // NULL entries are skipped
     }
     *list = (struct vw_buffer_list){.buffers = buffers, .count = 2 * measures};
     return VW_OK;
@@ -388,4 +388,111 @@ enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, siz
     *rows = taken;
     begin(lasting, *next_step);
     return VW_OK;
+}
+
+// ---- The gate -------------------------------------------------------------------------------------------------------
+
+// Retrainings in which the steps on one photo are longer.
+
+struct outcome {
+    double psnr, loss; // U: validation PSNR, and minus validation L1, averaged over its states
+};
+
+// Takes the steps after `from_step` from the state on the device, those on `view` longer by `extra`.
+static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_step, uint32_t view, float extra,
+                              struct outcome *outcome) {
+    const struct vw_trainer_parts *context = lasting->replay.context;
+    const vw_float4 *rows = vw_buffer_map(context->scalars);
+    uint32_t states = vw_lasting_state_count(lasting), count = 0;
+    enum vw_status status = VW_OK;
+    *outcome = (struct outcome){0};
+    for (uint64_t first = from_step + 1; first <= lasting->replay.total_steps && !status; first += count) {
+        uint64_t left = lasting->replay.total_steps - first + 1;
+        count = left < lasting->replay.submission_steps ? (uint32_t)left : lasting->replay.submission_steps;
+        vw_submission_begin(lasting->replay.submission);
+        for (uint32_t i = 0; i < count; i++) {
+            uint64_t step = first + i;
+            uint32_t pixel = vw_step_replay_draw(&lasting->replay, step, i);
+            bool scaled = vw_photo_order_view_of_step(context->photo_order, step) == view;
+            vw_step_record_gradients(context->step, lasting->replay.submission, step, pixel);
+            vw_step_record_update(context->step, lasting->replay.submission, step, pixel, scaled ? extra : 0.0f);
+            vw_step_record_loss(context->step, lasting->replay.submission, pixel,
+                                vw_step_replay_row(&lasting->replay, i));
+            if (vw_lasting_is_state(lasting, step))
+                vw_validation_record(context->validation, lasting->replay.submission,
+                                     vw_step_replay_row(&lasting->replay, i));
+        }
+        status = vw_step_replay_run(&lasting->replay);
+        for (uint32_t i = 0; i < count && !status; i++) {
+            if (!vw_lasting_is_state(lasting, first + i)) continue;
+            const struct vw_field_measurement measured =
+                vw_validation_read(context->validation, rows + vw_step_replay_row(&lasting->replay, i), NULL);
+            outcome->psnr += (measured.finite ? measured.val_psnr : NAN) / states;
+            outcome->loss -= (measured.finite ? measured.val_l1 : NAN) / states;
+        }
+    }
+    return status;
+}
+
+static enum vw_status restore(const struct vw_lasting *lasting, const struct vw_snapshot *state) {
+    vw_submission_begin(lasting->replay.submission);
+    vw_snapshot_record_restore(state, lasting->replay.submission);
+    return vw_step_replay_run(&lasting->replay);
+}
+
+// Brings the device into the state after `from_step`, and keeps it.
+static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_step, struct vw_snapshot *state) {
+    const struct vw_trainer_parts *context = lasting->replay.context;
+    uint64_t step = from_step / lasting->segment_steps * lasting->segment_steps;
+    enum vw_status status = restore(lasting, &lasting->starts[step / lasting->segment_steps]);
+    while (step < from_step && !status) {
+        vw_submission_begin(lasting->replay.submission);
+        for (uint32_t i = 0; i < lasting->replay.submission_steps && step < from_step; i++) {
+            step++;
+            vw_step_record_passes(context->step, lasting->replay.submission, step,
+                                  vw_step_replay_draw(&lasting->replay, step, i),
+                                  vw_step_replay_row(&lasting->replay, i));
+        }
+        status = vw_step_replay_run(&lasting->replay);
+    }
+    if (!status) status = vw_snapshot_create(context->step, state);
+    if (status) return status;
+    vw_submission_begin(lasting->replay.submission);
+    vw_snapshot_record_save(state, lasting->replay.submission);
+    return vw_step_replay_run(&lasting->replay);
+}
+
+// Averages what the training itself reached over the states of U: repeated, it would reach the same bits.
+static struct outcome outcome_of(const struct vw_lasting *lasting, const struct vw_step_record *records) {
+    struct outcome outcome = {0};
+    uint32_t states = vw_lasting_state_count(lasting);
+    for (uint64_t step = vw_lasting_first_state(lasting); step <= lasting->replay.total_steps; step++) {
+        if (!vw_lasting_is_state(lasting, step)) continue;
+        outcome.psnr += records[step].val_psnr / states;
+        outcome.loss -= records[step].val_l1 / states;
+    }
+    return outcome;
+}
+
+enum vw_status vw_lasting_measure(struct vw_lasting *lasting, const struct vw_step_record *records, uint64_t from_step,
+                                  struct vw_lasting_check *checks, uint32_t count) {
+    struct vw_snapshot state = {0};
+    struct outcome recorded = outcome_of(lasting, records), longer = {0};
+    if (lasting->replay.context->config->beta1 > 0)
+        return vw_fail(VW_ERROR_USAGE,
+                       "the gate scales steps, which with momentum belong to several photos; use --no-gate");
+    if (lasting->next_step != 0 || from_step >= vw_lasting_first_state(lasting))
+        return vw_fail(VW_ERROR_USAGE,
+                       "the gate follows the whole backward pass, from a step before the states that it measures");
+    enum vw_status status = prepare(lasting, from_step, &state);
+    // A step that was not finite has no values in its record, although the state after it may well have some.
+    if (!status && isnan(recorded.psnr)) status = retrain(lasting, from_step, 0, 0.0f, &recorded);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        status = restore(lasting, &state);
+        if (!status) status = retrain(lasting, from_step, checks[i].view, (float)VW_LASTING_SCALED, &longer);
+        checks[i].measured_psnr = (longer.psnr - recorded.psnr) / VW_LASTING_SCALED;
+        checks[i].measured_loss = (longer.loss - recorded.loss) / VW_LASTING_SCALED;
+    }
+    vw_snapshot_destroy(&state);
+    return status;
 }

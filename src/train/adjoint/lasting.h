@@ -5,7 +5,9 @@
 #ifndef VIEWWORTH_TRAIN_ADJOINT_LASTING_H
 #define VIEWWORTH_TRAIN_ADJOINT_LASTING_H
 
+#include "train/adjoint/adjoint_passes.h"
 #include "train/adjoint/step_replay.h"
+#include "train/files/snapshot.h"
 
 enum { VW_LASTING_EPOCHS = 4, VW_LASTING_STATES = 32 }; // U: at most so many states, evenly spread over the last epochs
 
@@ -14,7 +16,7 @@ struct vw_lasting_params {
     uint32_t rays;                            // rays of each step that the product takes; 0: all (--lasting-rays)
     bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each costs up to half a
                   // backward pass
-    uint64_t memory_bytes;      // limit for what is kept on the device; 0: chosen by it. Changes no bit
+    uint64_t memory_bytes;      // limit for what is stored on the device; 0: chosen by it. Changes no bit
     vw_step_replayed *replayed; // NULL: not called
     void *context;
 };
@@ -43,7 +45,7 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
 struct vw_lasting_state {
     uint64_t work_done, work_total; // in steps, replayed and gone back over (more for each, by_view): for progress
     uint64_t next_step;             // the next credit handed out is of this step; 0: done
-    uint64_t memory_bytes;          // bytes kept on the device
+    uint64_t memory_bytes;          // bytes stored on the device
 };
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state);
 
@@ -69,5 +71,34 @@ struct vw_lasting_check {
 enum vw_status vw_lasting_measure(struct vw_lasting *lasting, const struct vw_step_record *records, uint64_t from_step,
                                   struct vw_lasting_check *checks, uint32_t count);
 uint64_t vw_lasting_first_state(const struct vw_lasting *lasting);
+
+// ---- The inside, for lasting.c and tests ----------------------------------------------------------------------------
+
+// The training is cut into segments of equal length, the last one perhaps shorter. A first replay saves the state at
+// the beginning of each. Then the segments are replayed once more from the last to the first, each with its steps
+// stored, and gone back over. The last one is stored the first time, so that a training of a single segment is replayed
+// only once.
+struct vw_lasting {
+    struct vw_step_replay replay;
+    uint32_t backward_steps; // at most, gone back over at a time; fewer where more is carried back
+    struct vw_adjoint_passes backward;
+    struct vw_stored_steps stored;
+    struct vw_snapshot *starts; // owned; by segment, up to the last that is gone back over
+    uint64_t segment_steps;
+    uint32_t segment_count;
+    struct vw_lasting_credit *credits; // credits of the submission handed out last
+    double *view_psnr;                 // theirs
+
+    bool replaying;      // else going back
+    uint64_t state_step; // replaying: the step whose result is the state on the device
+    uint64_t until_step; // replaying: up to this one
+    uint32_t segment;    // that is stored, or being replayed to be stored
+    uint64_t next_step;  // to go back over; 0: done
+    uint64_t work_done;
+};
+
+// Returns whether U averages over the state after a step. The second returns over how many states.
+bool vw_lasting_is_state(const struct vw_lasting *lasting, uint64_t step);
+uint32_t vw_lasting_state_count(const struct vw_lasting *lasting);
 
 #endif

@@ -2,6 +2,10 @@
 
 #include <math.h>
 
+#include "base/memory.h"
+#include "train/passes.h"
+#include "train/renderers/volume/volume.h"
+
 enum { SUBMISSION_STEPS_MAX = 64 };
 
 enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed,
@@ -67,4 +71,66 @@ enum vw_status vw_step_replay_tell(const struct vw_step_replay *replay, uint64_t
         if (status) return status;
     }
     return VW_OK;
+}
+
+// ---- Steps that are stored ------------------------------------------------------------------------------------------
+
+static uint64_t block_bytes(const struct vw_step_passes *step) { return step->field->model->param_bytes; }
+
+static bool has_momentum(const struct vw_step_passes *step) { return step->field->model->specialization.momentum; }
+
+uint64_t vw_stored_step_bytes(const struct vw_step_passes *step) {
+    return block_bytes(step) * (has_momentum(step) ? 3 : 2);
+}
+
+enum vw_status vw_stored_steps_create(const struct vw_step_passes *step, uint32_t capacity,
+                                      struct vw_stored_steps *stored) {
+    *stored = (struct vw_stored_steps){.step = step, .objects = {.gpu = step->field->gpu}};
+    uint64_t blocks = block_bytes(step) * capacity;
+    const struct vw_buffer_row buffers[] = {
+        {&stored->params, "stored_params", blocks + block_bytes(step)},
+        {&stored->gradients, "stored_gradients", blocks},
+        {&stored->moments, "stored_moments", has_momentum(step) ? blocks : 0},
+    };
+    enum vw_status status = vw_buffers_create(&stored->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+    if (status) vw_stored_steps_destroy(stored);
+    return status;
+}
+
+void vw_stored_steps_destroy(struct vw_stored_steps *stored) { vw_gpu_objects_destroy(&stored->objects); }
+
+void vw_stored_steps_record_before(const struct vw_stored_steps *stored, struct vw_submission *submission,
+                                   uint32_t place) {
+    uint64_t block = block_bytes(stored->step);
+    vw_submission_copy(submission, stored->step->field->params, 0, stored->params, block * place, block);
+}
+
+void vw_stored_steps_record_gradient(const struct vw_stored_steps *stored, struct vw_submission *submission,
+                                     struct vw_buffer *gradient, uint32_t place) {
+    uint64_t block = block_bytes(stored->step);
+    vw_submission_copy(submission, gradient, 0, stored->gradients, block * place, block);
+}
+
+void vw_stored_steps_record_after(const struct vw_stored_steps *stored, struct vw_submission *submission,
+                                  uint32_t place) {
+    const struct vw_step_passes *step = stored->step;
+    const struct vw_model *model = step->field->model;
+    uint64_t first = block_bytes(step) * place;
+    vw_stored_steps_record_before(stored, submission, place + 1); // the next step begins where this one ended
+    if (stored->moments) {
+        if (model->grid.size_bytes)
+            vw_submission_copy(submission, vw_volume_step_of(step)->grid_moment1, 0, stored->moments,
+                               first + model->grid.offset_bytes, model->grid.size_bytes);
+        vw_submission_copy(submission, step->weight_moments, 0, stored->moments, first + model->weights.offset_bytes,
+                           16 * (uint64_t)model->moved_columns);
+    }
+}
+
+void vw_stored_steps_record_load(const struct vw_stored_steps *stored, struct vw_submission *submission, uint32_t place,
+                                 const struct vw_step_blocks *blocks) {
+    uint64_t block = block_bytes(stored->step);
+    vw_submission_copy(submission, stored->params, block * place, blocks->before, 0, block);
+    vw_submission_copy(submission, stored->params, block * (place + 1), blocks->after, 0, block);
+    vw_submission_copy(submission, stored->gradients, block * place, blocks->gradient, 0, block);
+    if (stored->moments) vw_submission_copy(submission, stored->moments, block * place, blocks->moment, 0, block);
 }

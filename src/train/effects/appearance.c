@@ -7,7 +7,7 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
-#include "train/effects/kind.h"
+#include "train/effects/effects.h"
 #include "train/model.h"
 
 static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
@@ -15,11 +15,10 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
                           6 * trained_views);
 }
 
-static enum vw_status take_from_scene(const struct vw_model *model, const struct vw_scene *scene, void *params) {
+enum vw_status vw_appearance_take_exposures(const struct vw_model *model, const struct vw_scene *scene, void *params) {
     const struct vw_exposure *exposures = NULL;
     struct vw_appearance *photos =
         (struct vw_appearance *)((char *)params + model->ranges[VW_SLOT_APPEARANCE].offset_bytes);
-    if (model->specialization.effect_appearance != APPEARANCE_GIVEN) return VW_OK;
     enum vw_status status = vw_scene_estimate_exposures(scene, &exposures);
     for (uint32_t v = 0; v < model->view_count && !status; v++)
         for (int i = 0; i < 3; i++) {
@@ -54,6 +53,5 @@ const struct vw_effect_kind vw_effect_appearance = {
     .updates = is_fitted,
     .ranges = {VW_SLOT_APPEARANCE},
     .lay_out_ranges = lay_out_ranges,
-    .take_from_scene = take_from_scene,
     .list_buffers = list_buffers,
 };

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
+#include "train/effects/registry.h"
 #include "train/model.h"
 
 // ---- Of a model -----------------------------------------------------------------------------------------------------
@@ -10,11 +11,10 @@
 enum vw_status vw_effects_initialise(const struct vw_model *model, const struct vw_scene *scene,
                                      const struct vw_drawn *drawn, void *params) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < model->effect_count && !status; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->initialise) kind->initialise(model, drawn, params);
-        if (kind->take_from_scene && !model->awaits_params) status = kind->take_from_scene(model, scene, params);
-    }
+    for (uint32_t i = 0; i < model->effect_count; i++)
+        if (model->effects[i]->initialise) model->effects[i]->initialise(model, drawn, params);
+    if (model->specialization.effect_appearance == APPEARANCE_GIVEN && !model->awaits_params)
+        status = vw_appearance_take_exposures(model, scene, params);
     return status;
 }
 
@@ -36,14 +36,14 @@ bool vw_effects_fit(const struct vw_model *model) {
 
 bool vw_effects_see_photos(const struct vw_model *model) {
     bool found = false;
-    for (uint32_t i = 0; i < model->effect_count; i++) found |= model->effects[i]->sees_photos;
+    for (uint32_t i = 0; i < model->effect_count; i++) found |= model->effects[i]->photo_pass_count > 0;
     return found;
 }
 
 bool vw_effects_know_photos(const struct vw_model *model) {
     bool found = false;
     for (uint32_t i = 0; i < model->effect_count; i++)
-        found |= model->effects[i]->sees_photos || model->effects[i]->update;
+        found |= model->effects[i]->photo_pass_count || model->effects[i]->update;
     return found;
 }
 
@@ -75,34 +75,30 @@ static uint32_t list_buffers(const struct vw_effect_kind *kind, const struct vw_
 }
 
 enum vw_status vw_effects_create_buffers(const struct vw_model *model, struct vw_gpu_objects *objects, bool of_field,
-                                         uint32_t padded_rays, struct vw_buffer *created[VW_SLOT_COUNT]) {
+                                         uint32_t padded_rays, uint64_t pixels,
+                                         struct vw_buffer *created[VW_SLOT_COUNT]) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < model->effect_count; i++) {
         struct vw_effect_buffer buffers[VW_EFFECT_BUFFERS_MAX];
         uint32_t count = list_buffers(model->effects[i], model, padded_rays, buffers);
         for (uint32_t k = 0; k < count && !status; k++) {
-            const struct vw_buffer_row row = {&created[buffers[k].slot], buffers[k].name, buffers[k].size_bytes};
-            if (buffers[k].size_bytes && !!(buffers[k].use & VW_EFFECT_OF_FIELD) == of_field)
-                status = vw_buffers_create(objects, VW_BUFFER_DEVICE, &row, 1);
+            bool of_pixels = buffers[k].use & VW_EFFECT_OF_PIXELS;
+            const struct vw_buffer_row row = {&created[buffers[k].slot], buffers[k].name,
+                                              buffers[k].size_bytes * (of_pixels ? pixels : 1)};
+            if (!!(buffers[k].use & VW_EFFECT_OF_FIELD) == of_field)
+                status = vw_buffers_create(objects, of_pixels ? VW_BUFFER_UPLOAD : VW_BUFFER_DEVICE, &row, 1);
         }
     }
     return status;
 }
 
-enum vw_status vw_effects_create_pixel_buffers(const struct vw_model *model, struct vw_gpu_objects *objects,
-                                               uint64_t pixels, struct vw_buffer *created[VW_SLOT_COUNT]) {
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < model->effect_count && !status; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        const struct vw_buffer_row row = {&created[kind->pixel_slot], kind->name, kind->pixel_bytes * pixels};
-        if (kind->pixel_slot) status = vw_buffers_create(objects, VW_BUFFER_UPLOAD, &row, 1);
+uint64_t vw_effects_pixel_bytes(const struct vw_model *model) {
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < model->effect_count; i++) {
+        struct vw_effect_buffer buffers[VW_EFFECT_BUFFERS_MAX];
+        uint32_t count = list_buffers(model->effects[i], model, 0, buffers);
+        for (uint32_t k = 0; k < count; k++) bytes += buffers[k].use & VW_EFFECT_OF_PIXELS ? buffers[k].size_bytes : 0;
     }
-    return status;
-}
-
-uint32_t vw_effects_pixel_bytes(const struct vw_model *model) {
-    uint32_t bytes = 0;
-    for (uint32_t i = 0; i < model->effect_count; i++) bytes += model->effects[i]->pixel_bytes;
     return bytes;
 }
 
@@ -139,8 +135,8 @@ static void bind_range(const struct vw_model *model, struct vw_buffer *params, u
 
 void vw_effects_bind(const struct vw_model *model, const struct vw_effect_buffers *buffers, struct vw_binding *bindings,
                      uint32_t *count) {
-    for (uint32_t i = 0; model->effect_table[i]; i++) {
-        const struct vw_effect_kind *kind = model->effect_table[i];
+    for (uint32_t i = 0; vw_effect_kinds[i]; i++) {
+        const struct vw_effect_kind *kind = vw_effect_kinds[i];
         struct vw_effect_buffer own[VW_EFFECT_BUFFERS_MAX];
         uint32_t own_count = list_buffers(kind, model, 0, own);
         for (uint32_t k = 0; k < own_count; k++) {
@@ -148,11 +144,6 @@ void vw_effects_bind(const struct vw_model *model, const struct vw_effect_buffer
             struct vw_buffer *buffer = buffers->of_step ? buffers->of_step[slot] : NULL;
             if (buffers->of_field[slot]) buffer = buffers->of_field[slot];
             bind((struct vw_binding){.slot = slot, .buffer = buffer, .unused = !buffer}, bindings, count);
-        }
-        if (kind->pixel_slot) {
-            struct vw_buffer *uploaded = buffers->of_step ? buffers->of_step[kind->pixel_slot] : NULL;
-            bind((struct vw_binding){.slot = kind->pixel_slot, .buffer = uploaded, .unused = !uploaded}, bindings,
-                 count);
         }
         for (size_t k = 0; k < 2 && kind->ranges[k]; k++)
             bind_range(model, buffers->params, kind->ranges[k], bindings, count);
@@ -180,7 +171,7 @@ enum vw_status vw_effects_create_passes(const struct vw_model *model, struct vw_
     for (uint32_t i = 0; i < model->effect_count && !status; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
         struct vw_pass_row rows[VW_EFFECT_PASSES_MAX] = {0};
-        uint32_t count = of_step ? VW_EFFECT_PASSES_MAX : kind->sees_photos ? kind->photo_pass_count : 0;
+        uint32_t count = of_step ? VW_EFFECT_PASSES_MAX : kind->photo_pass_count;
         for (uint32_t k = 0; k < count; k++) {
             rows[k].shader = kind->shaders[k];
             rows[k].pass = &effects->sets[i].passes[k];

@@ -10,6 +10,9 @@
 enum vw_status vw_effects_initialise(const struct vw_model *model, const struct vw_scene *scene,
                                      const struct vw_drawn *drawn, void *params);
 
+// Writes the exposures of photos that points tell (appearance.c), where the effect takes them.
+enum vw_status vw_appearance_take_exposures(const struct vw_model *model, const struct vw_scene *scene, void *params);
+
 // Returns whether an effect is on, in the model and here, whose buffers are in variants of the passes over rays.
 bool vw_effects_are_of_rays(const struct vw_model *model, const struct vw_specialization *specialization);
 // Returns whether validation fits a gain and a bias to each view.
@@ -23,6 +26,12 @@ struct vw_specialization vw_effects_specialise_validation(const struct vw_model 
 // Returns VW_ERROR_USAGE and names the effect when one is on that lasting credit cannot be computed with.
 enum vw_status vw_effects_check_adjoint(const struct vw_model *model);
 
+struct vw_camera_corrections; // train/trainer.h
+struct vw_radiance_field;
+// Measures the corrections of these views' cameras by the effect pose, 0 without it.
+enum vw_status vw_pose_measure(const struct vw_radiance_field *field, const uint32_t *views, uint32_t count,
+                               struct vw_camera_corrections *corrections);
+
 // ---- Buffers and passes ----
 
 // The buffers of effects, by slot.
@@ -32,14 +41,12 @@ struct vw_effect_buffers {
     struct vw_buffer *const *of_step;  // NULL outside of a step
 };
 
-// Creates the buffers that belong to the field, or those of a step, by slot.
+// Creates the buffers that belong to the field, or those of a step, by slot; `pixels`: room for those of many steps.
 enum vw_status vw_effects_create_buffers(const struct vw_model *model, struct vw_gpu_objects *objects, bool of_field,
-                                         uint32_t padded_rays, struct vw_buffer *created[VW_SLOT_COUNT]);
-// Creates the buffers of what is uploaded beside so many pixels; returns the bytes of that per pixel; writes it for a
-// step whose pixels are drawn.
-enum vw_status vw_effects_create_pixel_buffers(const struct vw_model *model, struct vw_gpu_objects *objects,
-                                               uint64_t pixels, struct vw_buffer *created[VW_SLOT_COUNT]);
-uint32_t vw_effects_pixel_bytes(const struct vw_model *model);
+                                         uint32_t padded_rays, uint64_t pixels,
+                                         struct vw_buffer *created[VW_SLOT_COUNT]);
+// Returns the bytes per pixel of what is uploaded beside pixels; writes it for a step whose pixels are drawn.
+uint64_t vw_effects_pixel_bytes(const struct vw_model *model);
 void vw_effects_draw_pixels(const struct vw_model *model, const struct vw_step_passes *step, uint32_t view,
                             uint32_t first_pixel);
 // Fills those of the field.
@@ -61,7 +68,7 @@ enum vw_status vw_effects_create_passes(const struct vw_model *model, struct vw_
 enum vw_status vw_effects_create_extras(const struct vw_model *model, struct vw_step_passes *step);
 void vw_effects_destroy_extras(const struct vw_model *model, struct vw_step_passes *step);
 
-// ---- Recording: what the effects add to a step, in its order; see kind.h ----
+// ---- Recording: what the effects add to a step, in its order ----
 
 void vw_effects_record_rays(const struct vw_model *model, const struct vw_effect_sets *effects,
                             const struct vw_step_passes *step, struct vw_submission *submission,

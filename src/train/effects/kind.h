@@ -1,20 +1,20 @@
 // The interface of effects that have params, buffers or passes of their own, as fields have one (fields/registry.h). A
 // kind is a row of the table in registry.c. The step, the field, the evaluator and the adjoint loop over
-// that table (effects.h). A function left NULL does nothing; what an effect has is created, and its functions are
-// called, only where its specialization constant is not 0 (decision 7).
+// that table, by the functions below. A function left NULL does nothing; what an effect has is created, and its
+// functions are called, only where its specialization constant is not 0 (decision 7).
 //
-// Outside effects/, these files of train/ name an effect: fields/hash.c and fields/mlp.c
-// (transient), field.c (unbounded), importance.c (transient, appearance_code, appearance_encoder), model.c (transient,
-// sky, background, unbounded, wide_box), gradient_passes.c and volume_step.c (transient),
-// trainer_outputs.c (appearance). The list is of train/ only.
+// Outside effects/, these files of train/ name an effect: fields/hash.c and fields/mlp.c (transient), field.c
+// (unbounded), model.c (sky, background, unbounded, wide_box), step.c (sky), renderers/volume/ (transient,
+// appearance_code, appearance_encoder), adjoint/adjoint_passes.c (appearance_code), trainer_outputs.c (appearance). The
+// list is of train/ only.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 
 #include "gpu/compute.h"
 #include "interface.h"
-#include "train/initial_values.h"
 #include "viewworth/train.h"
 
+struct vw_drawn; // model.h
 struct vw_model; // model.h, and so on
 struct vw_scene;
 struct vw_step_passes;
@@ -31,8 +31,9 @@ struct vw_effect_buffer {
     uint64_t size_bytes; // 0: it is not created, and bound as unused
     enum vw_effect_use {
         VW_EFFECT_OF_STEP,
-        VW_EFFECT_CARRIED = 1,  // part of the training's state: one step leaves it to the next
-        VW_EFFECT_OF_FIELD = 2, // rendering needs it too, so the field owns it; otherwise a step does
+        VW_EFFECT_CARRIED = 1,   // part of the training's state: one step leaves it to the next
+        VW_EFFECT_OF_FIELD = 2,  // rendering needs it too, so the field owns it; otherwise a step does
+        VW_EFFECT_OF_PIXELS = 4, // the host fills it beside the pixels that it draws; size_bytes: of one pixel
     } use;
 };
 
@@ -57,39 +58,28 @@ struct vw_effect_kind {
     size_t constant; // offset of its switch in struct vw_specialization
     enum vw_effect_adjoint adjoint;
     bool training_alone;    // validation and rendering do without it
-    bool sees_photos;       // validation and rendering call record_photo() as well: they see a view by its own photo
     bool fits_views;        // validation fits a gain and a bias to each view
     bool binds_ray_buffers; // the variants VW_RAY_EFFECTS of the passes over rays bind its buffers
-    // Passes of a step; where sees_photos, the first photo_pass_count of them also of an evaluator.
+    // Passes of a step, of which validation and rendering have the first photo_pass_count as well. Where there are
+    // such, they call record_photo(): they see a view by its own photo.
     const struct vw_shader *shaders[VW_EFFECT_PASSES_MAX];
     uint32_t photo_pass_count;
     bool (*updates)(const struct vw_model *model); // whether there is an update; NULL: yes
     const struct vw_shader *update; // moves what belongs to the step's photo, before update_weights, in one workgroup
-    // A pass of every set of gradient passes, recorded after the last chunk of rays, with its number of invocations.
-    const struct vw_shader *ray_gradient;
-    uint64_t ray_gradient_invocations;
-    // The shader by which the adjoint gathers the gradient of ranges of params; the slots of one range, and of a second
-    // (0: none).
-    const struct vw_shader *gather;
-    uint32_t gathered, gathered_second;
 
     // Params: columns that update_weights moves, after those of the field; then ranges, of which those of views of
-    // other splits than train stay 0. Initial values are 0 except for what initialise() draws and take_from_scene()
-    // estimates.
+    // other splits than train stay 0. Initial values are 0 except for what initialise() draws.
     uint32_t ranges[2]; // slots of the latter, 0: no more
     void (*lay_out_columns)(const struct vw_config *config, struct vw_model *model);
     void (*lay_out_ranges)(struct vw_model *model, uint64_t trained_views);
     void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
-    enum vw_status (*take_from_scene)(const struct vw_model *model, const struct vw_scene *scene, void *params);
 
     // Lists its buffers, for a step of so many rays (0: those of the field alone matter); returns how many.
     uint32_t (*list_buffers)(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers);
     // Fills the field's buffers.
     enum vw_status (*fill)(const struct vw_model *model, struct vw_gpu *gpu, const struct vw_scene *scene,
                            struct vw_buffer *const *buffers);
-    // The slot (0: none) of a buffer that the host fills beside the pixels that it draws, and its bytes per pixel; and
-    // the function that fills in those of a step, whose pixels are `drawn`.
-    uint32_t pixel_slot, pixel_bytes;
+    // Fills its buffer of pixels for a step, whose pixels are `drawn`.
     void (*draw_pixels)(const struct vw_step_passes *step, uint32_t view, uint32_t first_pixel);
     // Creates and destroys what a step has beyond buffers and passes; called last and first.
     enum vw_status (*create)(struct vw_step_passes *step);

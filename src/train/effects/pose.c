@@ -5,15 +5,13 @@
 //   lazily
 // Only training uses it: validation and rendering see all cameras as the scene has them. It needs the field hash, whose
 // encoding has a gradient by the position, and a box.
-#include "train/effects/pose.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
-#include "train/effects/kind.h"
+#include "train/effects/effects.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
 #include "train/trainer.h"

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "train/effects/kind.h"
 #include "train/fields/registry.h"
+#include "train/renderers/registry.h"
 
 #define CONSTANT VW_EFFECT_CONSTANT
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
@@ -21,35 +22,43 @@ static const char on_request[] = "nothing: on where --effects names it";
 
 // clang-format off
 static const struct vw_effect effects[] = {
-    {.name = "distortion", .constant = CONSTANT(distortion), .of_splats = true,
+    {.name = "distortion", .constant = CONSTANT(distortion), .renderers = VW_RENDERERS_ALL,
      .meaning = "largest shift of an image corner by lens distortion, px"},
-    {.name = "background", .constant = CONSTANT(background), .of_splats = true,
+    {.name = "background", .constant = CONSTANT(background), .renderers = VW_RENDERERS_ALL,
      .meaning = "share of photos with transparent pixels"},
-    {.name = "masks", .constant = HOST_ONLY, .of_splats = true, .meaning = "share of photos with a mask file"},
-    {.name = "sky", .constant = CONSTANT(sky), .of_splats = true, .meaning = measured_gain},
+    {.name = "masks", .constant = HOST_ONLY, .renderers = VW_RENDERERS_ALL,
+     .meaning = "share of photos with a mask file"},
+    {.name = "sky", .constant = CONSTANT(sky), .renderers = VW_RENDERERS_ALL, .meaning = measured_gain},
     // Its last sample reaches so far that nothing beyond it is seen.
-    {.name = "unbounded", .constant = CONSTANT(unbounded), .meaning = measured_gain, .hides = "sky"},
-    {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = {{.name = "unbounded"}}},
-    {.name = "appearance", .constant = CONSTANT(appearance), .of_splats = true, .meaning = appearance_gain},
+    {.name = "unbounded", .constant = CONSTANT(unbounded), .renderers = VW_RENDERER_VOLUME,
+     .meaning = measured_gain, .hides = "sky"},
+    {.name = "wide_box", .constant = HOST_ONLY, .renderers = VW_RENDERER_VOLUME, .meaning = measured_gain,
+     .conflicts = {{.name = "unbounded"}}},
+    {.name = "appearance", .constant = CONSTANT(appearance), .renderers = VW_RENDERERS_ALL, .meaning = appearance_gain},
     // Splats have no codes: a shift of all constant harmonics alike is the bias of appearance, and one per splat would
     // need columns and passes of its own.
-    {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = on_request, .requires = "appearance",
+    {.name = "appearance_code", .constant = CONSTANT(appearance_code), .renderers = VW_RENDERER_VOLUME,
+     .meaning = on_request, .requires = "appearance",
      .on_request = true},
-    {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
+    {.name = "visibility", .constant = CONSTANT(visibility), .renderers = VW_RENDERER_VOLUME,
+     .meaning = on_request, .on_request = true},
     // Visibility says of whole rays what transient says of samples, by another loss.
-    {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true,
+    {.name = "transient", .constant = CONSTANT(transient), .renderers = VW_RENDERER_VOLUME,
+     .meaning = on_request, .on_request = true,
      .conflicts = {{.name = "visibility", .refusal = "visibility cannot be beside transient; leave one of them out"}}},
     // All three leave out of the loss what others contradict, and uncertainty takes the slots of visibility.
-    {.name = "uncertainty", .constant = CONSTANT(uncertainty), .of_splats = true, .meaning = on_request,
+    {.name = "uncertainty", .constant = CONSTANT(uncertainty), .renderers = VW_RENDERERS_ALL, .meaning = on_request,
      .on_request = true,
      .conflicts = {{.name = "visibility", .refusal = "visibility cannot be beside uncertainty; leave one of them out"},
                    {.name = "transient", .refusal = "transient cannot be beside uncertainty; leave one of them out"}}},
     // The effect goes back through the hash grid's cells, within a box that needs no contraction.
-    {.name = "pose", .constant = CONSTANT(pose), .meaning = on_request, .on_request = true,
+    {.name = "pose", .constant = CONSTANT(pose), .renderers = VW_RENDERER_VOLUME,
+     .meaning = on_request, .on_request = true,
      .conflicts = {{.name = "unbounded", .refused_unnamed = true,
                     .refusal = "pose excludes unbounded; leave one out (--effects +pose,-unbounded)"}}},
     // All three are effects by which photos have colours of their own.
-    {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .meaning = on_request, .on_request = true,
+    {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .renderers = VW_RENDERER_VOLUME,
+     .meaning = on_request, .on_request = true,
      .conflicts = {{.name = "appearance",
                     .refusal = "appearance_encoder replaces appearance; leave one of them out"},
                    {.name = "appearance_code",
@@ -144,7 +153,7 @@ bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t cou
 bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
     bool found = vw_effects_fit_views(verdicts, count);
     for (uint32_t i = 0; vw_effect_kinds[i]; i++)
-        found |= vw_effect_kinds[i]->sees_photos && vw_effects_is_on(verdicts, count, vw_effect_kinds[i]->name);
+        found |= vw_effect_kinds[i]->photo_pass_count && vw_effects_is_on(verdicts, count, vw_effect_kinds[i]->name);
     return found;
 }
 
@@ -196,20 +205,22 @@ static enum vw_status switch_off(const struct vw_config *config, struct vw_effec
     return VW_OK;
 }
 
-// Leaves splats the effects that they can have.
-static enum vw_status follow_splats(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                    uint32_t count) {
+bool vw_effect_works_with(const struct vw_effect *effect, enum vw_field field) {
+    return effect->renderers & vw_renderer_kind_of(field)->bit;
+}
+
+// Leaves a renderer the effects that it can have.
+static enum vw_status follow_renderer(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                      uint32_t count) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
         char refusal[128];
-        snprintf(refusal, sizeof refusal, "%s is not there with --field splats; leave it out", effects[i].name);
-        if (!effects[i].of_splats) status = switch_off(config, verdicts, count, effects[i].name, refusal, false);
+        snprintf(refusal, sizeof refusal, "%s is not there with --field %s; leave it out", effects[i].name,
+                 vw_field_name(config->field));
+        if (!vw_effect_works_with(&effects[i], config->field))
+            status = switch_off(config, verdicts, count, effects[i].name, refusal, false);
     }
     return status;
-}
-
-static enum vw_status follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts, uint32_t count) {
-    return config->field == VW_FIELD_SPLATS ? follow_splats(config, verdicts, count) : VW_OK;
 }
 
 // Refuses effects that the config cannot have.
@@ -230,7 +241,7 @@ static enum vw_status check_config(const struct vw_config *config, const struct 
 
 enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                        uint32_t count) {
-    enum vw_status status = follow_field(config, verdicts, count);
+    enum vw_status status = follow_renderer(config, verdicts, count);
     if (!status) status = check_config(config, verdicts, count);
     for (uint32_t i = 0; i < count && !status; i++) {
         const struct vw_effect_conflict *conflicts = effects[i].conflicts;

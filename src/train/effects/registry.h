@@ -1,7 +1,7 @@
 // The registry of effects: optional parts of image formation, each with its specialization constant (decision 7). What
 // a scene shows of an effect is measured in src/detect. A new effect is a row of the table here; with params or passes
-// also a file with its struct vw_effect_kind and its row in the second table (kind.h); and, when it is detected, a row
-// of the table in src/detect/decide.c.
+// also a file with its struct vw_effect_kind and its row in the second table (kind.h); and, when it is detected, a
+// row of the table in src/detect/decide.c.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_REGISTRY_H
 #define VIEWWORTH_TRAIN_EFFECTS_REGISTRY_H
 
@@ -24,13 +24,16 @@ struct vw_effect {
     size_t constant;            // offset of its switch in struct vw_specialization; SIZE_MAX: the host does all
     const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
     struct vw_effect_conflict conflicts[VW_EFFECT_CONFLICTS_MAX]; // the first without a name ends them
-    const char *hides; // NULL, or the effect that changes nothing beside this one
-    bool of_splats;    // --field splats can have it
-    bool on_request;   // nothing calls for it: it is on where --effects names it
+    const char *hides;  // NULL, or the effect that changes nothing beside this one
+    uint32_t renderers; // the set of those that it works with (renderers/registry.h)
+    bool on_request;    // nothing calls for it: it is on where --effects names it
 };
 
 // Returns all effects, in the order of verdicts.
 const struct vw_effect *vw_effects_get(uint32_t *count);
+
+// Returns whether the renderer of a field can have the effect.
+bool vw_effect_works_with(const struct vw_effect *effect, enum vw_field field);
 
 // Returns whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is
 // on.

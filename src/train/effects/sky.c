@@ -26,6 +26,4 @@ const struct vw_effect_kind vw_effect_sky = {
     .ranges = {VW_SLOT_SKY},
     .lay_out_columns = lay_out_columns,
     .list_buffers = list_buffers,
-    .ray_gradient = &vw_shader_gradient_sky,
-    .ray_gradient_invocations = 64ull * VW_SKY_COLUMNS,
 };

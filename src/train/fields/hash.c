@@ -7,14 +7,12 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/field.h"
-#include "train/fields/hash.h"
 #include "train/fields/mlp.h"
 #include "train/fields/registry.h"
-#include "train/initial_values.h"
+#include "train/model.h"
 #include "train/passes.h"
 
 enum {
-    ALIGNMENT_BYTES = 256,    // the largest offset alignment Vulkan allows a device to ask for
     HEAD_DEPTH = 2,           // layers of the effect transient's head before its last, as wide as the networks
     WALK_SAMPLES_MAX = 32767, // loops take up to twice as many trips, of which some drivers take no more
 };
@@ -23,8 +21,6 @@ static const float GRID_SCALE = 1e-4f; // the range of initial features
 
 // ---- Layout ---------------------------------------------------------------------------------------------------------
 
-static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
-
 static uint32_t encoding4_of(const struct vw_model *model) {
     return model->specialization.levels * model->specialization.feature_pairs / 2;
 }
@@ -32,7 +28,8 @@ static uint32_t encoding4_of(const struct vw_model *model) {
 // Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
 // begin at any level.
 static void lay_out_levels(const struct vw_config *config, struct vw_model *model) {
-    uint64_t table = UINT64_C(1) << config->log2_table, alignment_pairs = ALIGNMENT_BYTES / VW_GRID_PAIR_BYTES;
+    uint64_t table = UINT64_C(1) << config->log2_table,
+             alignment_pairs = VW_PARAMS_ALIGNMENT_BYTES / VW_GRID_PAIR_BYTES;
     for (uint32_t level = 0; level < config->levels; level++) {
         uint64_t resolution = (uint64_t)floor(config->base_resolution * pow(config->growth, level) + 1e-6);
         uint64_t lattice = (resolution + 1) * (resolution + 1) * (resolution + 1);
@@ -42,7 +39,7 @@ static void lay_out_levels(const struct vw_config *config, struct vw_model *mode
         model->specialization.resolution[level] = (uint32_t)resolution;
         model->specialization.first_pair[level] = model->pair_count;
         model->param_count += entries * config->features;
-        model->pair_count += (uint32_t)round_up(entries * config->features / 2, alignment_pairs);
+        model->pair_count += (uint32_t)vw_round_up(entries * config->features / 2, alignment_pairs);
     }
 }
 

@@ -1,17 +1,17 @@
 // The registry of fields: what turns samples of rays into rgb and density, and takes the gradients by these back to
-// its params. A field is a row of the table in registry.c, chosen by --field (vw_config.field). Its file lays out its
-// params and records its passes. Rays, compositing, losses, effects, the optimiser of weights, validation, the
-// adjoint and all files are the same for every field.
+// its params. A field is a row of a table in renderers/volume/volume.c, chosen by --field (vw_config.field). Its file
+// lays out its params and records its passes. Rays, compositing, losses, effects, the optimiser of weights, validation,
+// the adjoint and all files are the same for every field.
 #ifndef VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
 #define VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
 
 #include "gpu/compute.h"
 #include "interface.h"
-#include "train/initial_values.h"
 #include "train/passes.h"
 #include "viewworth/train.h"
 
 struct vw_radiance_field; // train/field.h, and so on
+struct vw_drawn;          // model.h
 struct vw_model;
 struct vw_device_choices;
 
@@ -57,5 +57,16 @@ struct vw_field_kind {
 extern const struct vw_field_kind field_hash, field_mlp;
 
 const struct vw_field_kind *vw_field_kind_of(enum vw_field field);
+
+// ---- The field hash -------------------------------------------------------------------------------------------------
+
+// The parts of the field `hash` that tests and benchmarks use.
+
+// Places of its passes in a set; the last begins those of the grid's windows.
+enum { HASH_FORWARD, HASH_BACKWARD, HASH_GRADIENT, HASH_REDUCE, HASH_SCATTER };
+
+// Records the passes that add the encoding gradients of the chunk's `samples` to the grid's gradient.
+void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_passes *passes,
+                            struct vw_submission *submission, uint32_t samples);
 
 #endif

@@ -1,4 +1,4 @@
-#include "train/validation/code_fit.h"
+#include "train/validation/measure_views.h"
 
 #include <float.h>
 #include <math.h>
@@ -9,7 +9,6 @@
 #include "train/evaluator.h"
 
 enum { NUMBERS = 4 * CODE4, STEPS = 4, TRIES = 3 };
-static const double RIDGE = 0.01;            // PHOTO_RIDGE of shaders/networks/photo_ridge.glsl
 static const double DIFFERENCE = 1.0 / 64.0; // in a code's numbers; renders have 24 bits
 
 struct fitting {
@@ -72,7 +71,7 @@ static double objective(const struct fitting *fitting, const double *rendered, c
     double squares = 0, ridge = 0;
     for (uint32_t i = 0; i < 3 * fitting->count; i++) squares += pow(missing_at(fitting, rendered, i), 2);
     for (uint32_t k = 0; k < NUMBERS; k++) ridge += code[k] * code[k];
-    return 0.5 * (squares / (3.0 * fitting->count) + RIDGE * ridge);
+    return 0.5 * (squares / (3.0 * fitting->count) + PHOTO_RIDGE * ridge);
 }
 
 // ---- One step -------------------------------------------------------------------------------------------------------
@@ -109,10 +108,10 @@ static void propose(const struct fitting *fitting, const double *code, double da
     double matrix[NUMBERS][NUMBERS];
     for (int i = 0; i < NUMBERS; i++) {
         const double *left = fitting->jacobian + (size_t)values * i;
-        moved[i] = -RIDGE * code[i];
+        moved[i] = -PHOTO_RIDGE * code[i];
         for (uint32_t v = 0; v < values; v++) moved[i] += left[v] * missing_at(fitting, fitting->rendered, v) / values;
         for (int j = 0; j <= i; j++) {
-            double sum = i == j ? RIDGE + damping : 0;
+            double sum = i == j ? PHOTO_RIDGE + damping : 0;
             for (uint32_t v = 0; v < values; v++) sum += left[v] * fitting->jacobian[(size_t)values * j + v] / values;
             matrix[i][j] = matrix[j][i] = sum;
         }
@@ -128,7 +127,7 @@ static enum vw_status take_step(struct fitting *fitting, double *code, double *r
     *lower = false;
     for (int i = 0; i < TRIES && !status && !*lower; i++) {
         propose(fitting, code, damping, moved);
-        damping = damping > 0 ? 10 * damping : 10 * RIDGE;
+        damping = damping > 0 ? 10 * damping : 10 * PHOTO_RIDGE;
         status = render(fitting, moved, rendered);
         *lower = !status && objective(fitting, rendered, moved) < before;
     }
@@ -152,7 +151,7 @@ static enum vw_status open_fitting(struct fitting *fitting) {
     if (!fitting->colours || !fitting->targets || !fitting->code_weights || !fitting->shifted || !fitting->rendered ||
         !fitting->jacobian)
         return VW_ERROR_MEMORY;
-    enum vw_status status = vw_evaluator_create(fitting->field, fitting->count, &fitting->evaluator);
+    enum vw_status status = vw_evaluator_create(fitting->field, fitting->count, false, &fitting->evaluator);
     if (!status)
         status = vw_buffer_read(fitting->field->params, model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes,
                                 fitting->code_weights, model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes);

@@ -5,17 +5,13 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/statistics.h"
+#include "train/effects/appearance_encoder.h"
 #include "train/effects/effects.h"
-#include "train/effects/encode_photo.h"
 #include "train/evaluator.h"
 #include "train/pixels.h"
-#include "train/renderers/registry.h"
-#include "train/validation/code_fit.h"
-#include "train/validation/view_fit.h"
+#include "train/validation/validation.h"
 
 enum { TILE_RAYS = 4096 };
-static const double FIT_RIDGE = 0.1; // as in shaders/effects/appearance/appearance.glsl
 
 // The pixels of one view that are looked at, with what was rendered there.
 struct seen_view {
@@ -137,7 +133,7 @@ enum vw_status vw_measure_views(const struct vw_measured_field *measured, const 
     enum vw_status status = allocate(most, &seen);
     if (!status) status = vw_scene_decode(measured->scene, views, view_count);
     if (!status)
-        status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+        status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, false, &evaluator);
     for (uint32_t i = 0; !status && i < view_count; i++) {
         status = measure_view(measured, &evaluator, views[i], pixels_max, &seen, &errors[i]);
         if (!status && measured->plain_mse) measured->plain_mse[i] = seen.plain_mse;
@@ -190,8 +186,8 @@ static enum vw_status fit_code(const struct vw_measured_field *measured, uint32_
                                struct vw_code_fit *code) {
     const struct vw_scene *scene = measured->scene;
     if (!measured->fits) return VW_OK;
-    uint32_t count = vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, measured->masks,
-                                        CODE_FIT_RAYS_MAX, seen->pixels);
+    uint32_t count = vw_pixels_stratify_squares(scene, view, vw_view_fit_left_half(scene, view), 0, measured->masks, 1,
+                                                CODE_FIT_RAYS_MAX, seen->pixels);
     return vw_code_fit_apply(measured->field, seen->pixels, count, code);
 }
 
@@ -230,7 +226,7 @@ enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, u
     enum vw_status status = allocate(most, &seen);
     if (!status) status = vw_scene_decode(measured->scene, &view, 1);
     if (!status)
-        status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+        status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, false, &evaluator);
     if (!status) status = fit_code(measured, view, &seen, &code);
     if (!status) status = show_encoder(measured, view, vw_view_fit_left_half(measured->scene, view));
     if (!status) {
@@ -252,81 +248,4 @@ void vw_whole_view_free(struct vw_whole_view *whole) {
     free(whole->photo);
     free(whole->counts);
     *whole = (struct vw_whole_view){0};
-}
-
-// ---- Renders --------------------------------------------------------------------------------------------------------
-
-enum { RENDERED_RAYS = 8192 };
-
-// Returns the photo's pixel in the middle of the `place`-th of `count` parts of a side.
-static uint32_t middle_of(uint32_t side_px, uint64_t place, uint32_t count) {
-    return (uint32_t)((2 * place + 1) * side_px / (2 * (uint64_t)count));
-}
-
-// Returns the depth along the camera's axis, in world units; 0 where the ray sees no more than `least` of anything.
-static float depth_of(const struct vw_radiance_field *field, const struct vw_view *view, const struct vw_pixel *pixel,
-                      vw_float4 seen, double least) {
-    const struct vw_box *box = &field->model->box;
-    double share = 1 - (double)seen.w, direction[3];
-    if (!vw_camera_unproject(&view->camera, pixel->x_px, pixel->y_px, direction) || !(share > least)) return 0;
-    double segment = sqrt(vw_dot(direction, direction, 3)), depth = seen.x / share;
-    if (field->model->renderer != &renderer_splats) {
-        bool from_camera = field->model->specialization.effect_unbounded;
-        depth = depth / segment + (from_camera ? 0 : vw_field_camera(field->model, view, box).reference.w);
-    }
-    return (float)(depth * 2 * box->half_extent_world);
-}
-
-static enum vw_status render_tiles(struct vw_evaluator *evaluator, const struct vw_picture *picture,
-                                   struct vw_pixel *pixels, vw_float4 *colours, float *values) {
-    const struct vw_view *view = vw_field_view(evaluator->field, picture->view);
-    const uint32_t *size_px = picture->size_px;
-    uint64_t total = (uint64_t)size_px[0] * size_px[1];
-    for (uint64_t first = 0; first < total; first += RENDERED_RAYS) {
-        uint32_t count = total - first < RENDERED_RAYS ? (uint32_t)(total - first) : RENDERED_RAYS;
-        for (uint32_t i = 0; i < count; i++) // without a target: the field does not see it
-            pixels[i] = (struct vw_pixel){
-                .x_px = 0.5f + (float)middle_of(view->camera.width_px, (first + i) % size_px[0], size_px[0]),
-                .y_px = 0.5f + (float)middle_of(view->camera.height_px, (first + i) / size_px[0], size_px[1]),
-                .view = picture->view};
-        enum vw_status status = vw_evaluator_render(evaluator, pixels, count, colours);
-        if (status) return status;
-        for (uint32_t i = 0; i < count && !(picture->depth_share > 0); i++)
-            memcpy(values + 3 * (first + i), &colours[i], 3 * sizeof *values);
-        for (uint32_t i = 0; i < count && picture->depth_share > 0; i++)
-            values[first + i] = depth_of(evaluator->field, view, &pixels[i], colours[i], picture->depth_share);
-    }
-    return VW_OK;
-}
-
-static enum vw_status render_picture(struct vw_evaluator *evaluator, const struct vw_picture *picture,
-                                     struct vw_pixel *pixels, vw_float4 *colours, float *values) {
-    if (!picture->posed) return render_tiles(evaluator, picture, pixels, colours, values);
-    enum vw_status status = vw_field_pose(evaluator->field, picture->view, picture->posed);
-    if (!status) status = render_tiles(evaluator, picture, pixels, colours, values);
-    enum vw_status undone = vw_field_pose(evaluator->field, picture->view, NULL);
-    return status ? status : undone;
-}
-
-enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *pictures, uint32_t count,
-                               float **values) {
-    struct vw_evaluator evaluator = {0};
-    size_t pixel_count = (size_t)pictures->size_px[0] * pictures->size_px[1],
-           value_count = pixel_count * (pictures->depth_share > 0 ? 1 : 3);
-    uint32_t rays = pixel_count < RENDERED_RAYS ? (uint32_t)pixel_count : RENDERED_RAYS;
-    struct vw_pixel *pixels = vw_allocate(rays, sizeof *pixels);
-    vw_float4 *colours = vw_allocate(rays, sizeof *colours);
-    float *rendered = vw_allocate(value_count * count, sizeof *rendered);
-    enum vw_status status = pixels && colours && rendered ? VW_OK : VW_ERROR_MEMORY;
-    if (!status)
-        status = pictures->depth_share > 0 ? vw_evaluator_create_of_depth(field, rays, &evaluator)
-                                           : vw_evaluator_create(field, rays, &evaluator);
-    for (uint32_t i = 0; i < count && !status; i++)
-        status = render_picture(&evaluator, &pictures[i], pixels, colours, rendered + i * value_count);
-    vw_evaluator_destroy(&evaluator);
-    free(pixels);
-    free(colours);
-    if (!status) *values = rendered;
-    else free(rendered);
-    return status;
 }

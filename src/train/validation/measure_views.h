@@ -22,19 +22,24 @@ enum vw_status vw_measure_views(const struct vw_measured_field *measured, const 
 enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
                                      struct vw_whole_view *whole);
 
-// ---- Renders ----
+// ---- The code of a photo that nothing was trained on ----
 
-struct vw_picture {
-    uint32_t view;       // index in the field's scene
-    uint32_t size_px[2]; // at most the view's: a smaller picture takes the pixel in the middle of each of its own
-    double depth_share;  // > 0: instead of rgb the expected depth along the camera's axis in world units, 0 where the
-                         // ray sees no more than this share of anything
-    const struct vw_view *posed; // another camera in place of the view's; NULL: its own
+// The code of a photo that nothing was trained on (effect `appearance_code`), fitted to pixels of its left half: the
+// protocol of NeRF-W (Martin-Brualla et al., CVPR 2021, section 4.1) for final figures. Where NeRF-W takes gradient
+// steps, these are Gauss-Newton steps (Levenberg 1944, Marquardt 1963) on what is rendered, with the ridge that codes
+// have in training; the Jacobian is taken by differences of renders. Validation during a run takes the code 0.
+enum { CODE_FIT_RAYS_MAX = 256 };
+
+struct vw_code_fit { // all zero for a field without codes
+    float *weights;  // columns of the colour network as they were, from the first one that a code shifts; owned
 };
 
-// Renders pictures of the same size and kind, one after another: floats, rows top to bottom, rgb or a depth per pixel.
-// Owned by the caller.
-enum vw_status vw_field_render(struct vw_radiance_field *field, const struct vw_picture *pictures, uint32_t count,
-                               float **values);
+// Fits to `count` <= CODE_FIT_RAYS_MAX pixels. From then on the field renders with the code: its params are those of
+// the code 0, with the code's share added to the weights of the constant input. Does nothing for a field without codes.
+// After a failure the params are as before.
+enum vw_status vw_code_fit_apply(struct vw_radiance_field *field, const struct vw_pixel *pixels, uint32_t count,
+                                 struct vw_code_fit *fit);
+// Puts the params back, bit for bit, and frees the fit.
+enum vw_status vw_code_fit_undo(struct vw_radiance_field *field, struct vw_code_fit *fit);
 
 #endif

@@ -12,6 +12,15 @@
 
 // ---- Pixels ---------------------------------------------------------------------------------------------------------
 
+struct vw_pixel_columns vw_view_fit_left_half(const struct vw_scene *scene, uint32_t view) {
+    return (struct vw_pixel_columns){0, scene->views[view].image.width_px / 2};
+}
+
+struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uint32_t view) {
+    uint32_t width = scene->views[view].image.width_px;
+    return (struct vw_pixel_columns){width - width / 2, width};
+}
+
 enum vw_status vw_validation_list_views(const struct vw_scene *scene, struct vw_validation *validation) {
     enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_VAL, &validation->views, &validation->view_count);
     if (!status && !validation->view_count)
@@ -73,19 +82,48 @@ static enum vw_status choose_scored(const struct vw_validation_params *params, s
     return VW_OK;
 }
 
+// Chooses the fixed pixels to fit each view on, after those that are scored: as many per view as are scored, or fewer.
+static void choose_fitted(const struct vw_validation_params *params, const struct vw_validation *validation,
+                          struct pixel_choice *choice) {
+    for (uint32_t i = 0; i < validation->view_count; i++) {
+        uint32_t view = validation->views[i], scored = choice->scored[i].count,
+                 wanted = scored < VIEW_FIT_RAYS_MAX ? scored : VIEW_FIT_RAYS_MAX;
+        uint32_t taken = vw_pixels_stratify_squares(params->scene, view, vw_view_fit_left_half(params->scene, view),
+                                                    params->seed, params->masks, params->field->model->patch_side,
+                                                    wanted, choice->pixels + choice->count);
+        choice->fitted[i] = (struct vw_ray_range){.first = choice->count, .count = taken};
+        choice->count += taken;
+    }
+}
+
 static enum vw_status choose_pixels(const struct vw_validation_params *params, struct vw_validation *validation,
                                     bool fits, struct pixel_choice *choice) {
     enum vw_status status = vw_scene_decode(params->scene, validation->views, validation->view_count);
     if (!status) status = allocate_pixels(params, validation, fits, choice);
     if (!status) status = choose_scored(params, validation, fits, choice);
-    if (status || !fits) return status;
-    vw_view_fit_choose_pixels(params->scene, validation->views, validation->view_count, params->seed, params->masks,
-                              params->field->model->patch_side, choice->scored, choice->pixels, &choice->count,
-                              choice->fitted);
-    return VW_OK;
+    if (!status && fits) choose_fitted(params, validation, choice);
+    return status;
 }
 
 // ---- Passes ---------------------------------------------------------------------------------------------------------
+
+// Creates the pass that fits views, over the evaluator that renders their pixels as well.
+static enum vw_status create_fit(const struct vw_ray_range *ranges, struct vw_validation *validation) {
+    struct vw_view_fit *fit = &validation->view_fit;
+    uint32_t count = validation->view_count;
+    const struct vw_buffer_row buffers[] = {{&fit->ranges, "fit_ranges", sizeof *ranges * count},
+                                            {&fit->fits, "fits", sizeof(struct vw_appearance) * count}};
+    enum vw_status status = vw_buffers_create(&validation->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+    if (!status) status = vw_buffer_write(fit->ranges, 0, ranges, sizeof *ranges * count);
+    const struct vw_binding bindings[] = {
+        {.slot = VW_SLOT_RAYS, .buffer = validation->evaluator.rays},
+        {.slot = VW_SLOT_COLOURS, .buffer = validation->evaluator.colours},
+        {.slot = VW_SLOT_VAL_VIEWS, .buffer = fit->ranges},
+        {.slot = VW_SLOT_FITS, .buffer = fit->fits},
+    };
+    const struct vw_pass_params params = {.bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    return !status ? vw_pass_create_of(&validation->objects, &params, &vw_shader_fit_views, &fit->pass) : status;
+}
 
 static enum vw_status create_reduce(const struct vw_validation_params *params, struct vw_validation *validation) {
     const struct vw_radiance_field *field = params->field;
@@ -105,13 +143,11 @@ static enum vw_status create_passes(const struct vw_validation_params *params, c
                                     bool fits, struct vw_validation *validation) {
     uint64_t range_bytes = sizeof *choice->scored * validation->view_count;
     const struct vw_buffer_row ranges = {&validation->ranges, "val_ranges", range_bytes};
-    enum vw_status status = vw_evaluator_create(params->field, choice->count, &validation->evaluator);
+    enum vw_status status = vw_evaluator_create(params->field, choice->count, false, &validation->evaluator);
     if (!status) status = vw_evaluator_set_pixels(&validation->evaluator, choice->pixels, choice->count);
     if (!status) status = vw_buffers_create(&validation->objects, VW_BUFFER_DEVICE, &ranges, 1);
     if (!status) status = vw_buffer_write(validation->ranges, 0, choice->scored, range_bytes);
-    if (!status && fits)
-        status = vw_view_fit_create(&validation->evaluator, &validation->objects, choice->fitted,
-                                    validation->view_count, &validation->view_fit);
+    if (!status && fits) status = create_fit(choice->fitted, validation);
     return !status ? create_reduce(params, validation) : status;
 }
 
@@ -139,8 +175,9 @@ void vw_validation_record(const struct vw_validation *validation, struct vw_subm
     if (!validation->view_count) return;
     const struct vw_push_reduce push = {.count = validation->view_count, .scalar_row = scalar_row};
     vw_evaluator_record(&validation->evaluator, submission);
-    vw_view_fit_record(&validation->view_fit, submission, validation->view_count);
-    vw_submission_dispatch(submission, validation->reduce_views, &push, sizeof push, 64ull * validation->view_count);
+    if (validation->view_fit.pass)
+        vw_submission_dispatch(submission, validation->view_fit.pass, &push, sizeof push, 64ull * push.count);
+    vw_submission_dispatch(submission, validation->reduce_views, &push, sizeof push, 64ull * push.count);
 }
 
 // ---- Reading back ---------------------------------------------------------------------------------------------------

@@ -8,8 +8,22 @@
 
 #include "gpu/compute.h"
 #include "train/evaluator.h"
-#include "train/validation/view_fit.h"
+#include "train/pixels.h"
 #include "viewworth/types.h"
+
+// Validation of photos that differ in exposure. Every measurement fits a gain and a bias to each view on rays of the
+// photo's left half and takes the errors on rays of its right half (shaders/effects/appearance/fit_views.comp). The fit
+// is a function of the params alone, as all of validation (decision 1). If the width is odd, the middle column is in
+// neither half.
+struct vw_view_fit {          // all zero when validation fits nothing
+    struct vw_buffer *ranges; // vw_ray_range per validation view: the rays to fit on
+    struct vw_buffer *fits;   // vw_appearance per validation view
+    struct vw_pass *pass;
+};
+
+struct vw_pixel_columns vw_view_fit_left_half(const struct vw_scene *scene, uint32_t view);
+struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uint32_t view);
+enum { VIEW_FIT_RAYS_MAX = 128 }; // to fit a view on; more do not improve the fit of two numbers
 
 struct vw_validation {           // all zero in a training without validation
     uint32_t *views, view_count; // owned; scene indices

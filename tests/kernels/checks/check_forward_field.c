@@ -2,7 +2,7 @@
 // device found before it, so that a tolerance is the rounding of few stages. In validation, where stages leave nothing
 // behind, from the rays to the end.
 #include "support/cmocka_test.h"
-#include "train/fields/hash.h"
+#include "train/fields/registry.h"
 
 #include "base/memory.h"
 #include "kernels/checks/check.h"
@@ -131,7 +131,8 @@ static void check_training_sample(const struct step_bench *bench, const struct r
 static void check_training(struct step_bench *bench, const struct reference *reference) {
     step_bench_gradients(bench, STEP);
     struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read_rows(bench),
-                          step_bench_read(bench, bench->step.samples), step_bench_read_active(bench)};
+                          step_bench_read(bench, vw_volume_step_of(&bench->step)->samples),
+                          step_bench_read_active(bench)};
     for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
         check_training_sample(bench, reference, &out, sample);
 }
@@ -161,12 +162,12 @@ static void check_validation_sample(const struct step_bench *bench, const struct
 static void check_validation(struct step_bench *bench, const struct reference *reference) {
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
-    assert_true(evaluator->chunk_rays == evaluator->ray_count);
+    assert_true(vw_volume_evaluation_of(evaluator)->chunk_rays == evaluator->ray_count);
     assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    step_bench_dispatch(bench, evaluator->passes.passes[HASH_FORWARD], &push, sizeof push,
+    step_bench_dispatch(bench, vw_volume_evaluation_of(evaluator)->passes.passes[HASH_FORWARD], &push, sizeof push,
                         (uint64_t)push.ray_count * bench->config.samples);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-    float *samples = step_bench_read(bench, evaluator->samples);
+    float *samples = step_bench_read(bench, vw_volume_evaluation_of(evaluator)->samples);
     for (uint32_t i = 0; i < push.ray_count * bench->config.samples; i++)
         check_validation_sample(bench, reference, rays, samples, i);
 }

@@ -15,9 +15,10 @@ enum { UPDATES = 4 };
 
 struct grid_state grid_read(struct step_bench *bench) {
     bool momentum = bench->model.specialization.momentum;
-    return (struct grid_state){
-        step_bench_read(bench, bench->field.params), momentum ? step_bench_read(bench, bench->step.grid_moment1) : NULL,
-        step_bench_read(bench, bench->step.grid_moment2), step_bench_read(bench, bench->step.grid_visits)};
+    return (struct grid_state){step_bench_read(bench, bench->field.params),
+                               momentum ? step_bench_read(bench, vw_volume_step_of(&bench->step)->grid_moment1) : NULL,
+                               step_bench_read(bench, vw_volume_step_of(&bench->step)->grid_moment2),
+                               step_bench_read(bench, vw_volume_step_of(&bench->step)->grid_visits)};
 }
 
 static uint64_t pack_pair(int64_t first, int64_t second) { return (uint64_t)first + ((uint64_t)second << 32); }
@@ -29,7 +30,7 @@ void grid_write_gradient(struct step_bench *bench, const int64_t *quanta) {
         if (bench->model.specialization.wide_gradient) words[i] = (uint64_t)quanta[i];
         else words[i / 2] = pack_pair(quanta[i / 2 * 2], quanta[i / 2 * 2 + 1]);
     }
-    step_bench_write(bench, bench->step.d_grid, words);
+    step_bench_write(bench, vw_volume_step_of(&bench->step)->d_grid, words);
 }
 
 void grid_update(struct step_bench *bench, uint32_t number) {
@@ -37,7 +38,7 @@ void grid_update(struct step_bench *bench, uint32_t number) {
                                   .step_low = number,
                                   .adam = vw_adam_of(&bench->model.specialization)};
     assert_int_equal(bench->model.window_count, 1);
-    step_bench_dispatch(bench, bench->step.update_grid[0], &push, sizeof push, push.count);
+    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->update_grid[0], &push, sizeof push, push.count);
 }
 
 static int64_t draw_quanta(enum input_kind kind, struct test_random *random, bool wide) {
@@ -136,8 +137,8 @@ void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t
 }
 
 void grid_check_cleared(struct step_bench *bench) {
-    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-    for (uint64_t i = 0; i < vw_buffer_size_bytes(bench->step.d_grid) / 8; i++)
+    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
+    for (uint64_t i = 0; i < vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid) / 8; i++)
         if (words[i]) fail_msg("%s: gradient word %llu was not cleared", bench->where, (unsigned long long)i);
 }
 
@@ -153,7 +154,7 @@ static void write_drawn(struct step_bench *bench, struct vw_buffer *buffer, enum
 static void write_visits(struct step_bench *bench, uint32_t visits) {
     uint32_t *values = test_allocate(bench->model.pair_count, sizeof *values);
     for (uint32_t i = 0; i < bench->model.pair_count; i++) values[i] = visits;
-    step_bench_write(bench, bench->step.grid_visits, values);
+    step_bench_write(bench, vw_volume_step_of(&bench->step)->grid_visits, values);
 }
 
 // Returns the number of steps before the first: none, some, or nearly 2^31 - 1, where the host's count saturates.
@@ -167,8 +168,8 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
     enum input_kind moments = kind == INPUT_ORDINARY ? INPUT_ZERO : kind;
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    write_drawn(bench, bench->step.grid_moment1, moments, &random, false);
-    write_drawn(bench, bench->step.grid_moment2, moments, &random, true);
+    write_drawn(bench, vw_volume_step_of(&bench->step)->grid_moment1, moments, &random, false);
+    write_drawn(bench, vw_volume_step_of(&bench->step)->grid_moment2, moments, &random, true);
     write_visits(bench, steps_before(kind) +
                             (kind == INPUT_SATURATING) * UPDATES / 2); // and so does the device's, here half-way
     for (uint32_t i = 1; i <= UPDATES; i++) {

@@ -6,7 +6,7 @@
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
 #include "support/box_geometry.h"
-#include "train/effects/contraction.h"
+#include "train/effects/field_box.h"
 
 static const double NEAR_EDGES = 0.02;     // contract of generate_rays: nothing nearer to the camera is seen
 static const double LINE_TOLERANCE = 1e-6; // box edges: directions and origins are floats, rays run up to 5 edges
@@ -49,7 +49,8 @@ struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_push_rays push = {.ray_count = bench->config.rays, .key = vw_model_key_of_step(&bench->model, STEP)};
     step_bench_write(bench, bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
-    step_bench_dispatch(bench, bench->step.gradient.generate, &push, sizeof push, bench->step.padded_rays);
+    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.of_rays.generate, &push, sizeof push,
+                        bench->step.padded_rays);
     return step_bench_read(bench, bench->step.ray_buffer);
 }
 
@@ -90,7 +91,7 @@ static bool check_ray(const struct step_bench *bench, uint32_t index, const stru
     return true;
 }
 
-// Depths, in box edges, between which a view's samples lie with the effect unbounded: what contraction.c promises.
+// Depths, in box edges, between which a view's samples lie with the effect unbounded: what field_box.c promises.
 static void expect_depths(const struct vw_view *view, const struct vw_box *box, const double camera[3],
                           double depths[2]) {
     double edge_world = 2.0 * box->half_extent_world, from_centre = distance(camera, (const double[3]){0.5, 0.5, 0.5});

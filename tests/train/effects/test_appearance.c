@@ -8,7 +8,7 @@
 #include "support/exposed_scene.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
-#include "train/validation/code_fit.h"
+#include "train/validation/measure_views.h"
 
 static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
 
@@ -162,14 +162,14 @@ TEST_CASES(a_code_is_fitted_and_taken_away, form, 2) {
     darken(&scene->views[view], 0.5);
     struct vw_pixel pixels[CODE_FIT_RAYS_MAX];
     vw_float4 colours[2][CODE_FIT_RAYS_MAX];
-    uint32_t count =
-        vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, true, CODE_FIT_RAYS_MAX, pixels);
+    uint32_t count = vw_pixels_stratify_squares(scene, view, vw_view_fit_left_half(scene, view), 0, true, 1,
+                                                CODE_FIT_RAYS_MAX, pixels);
     size_t bytes = trainer->model.param_bytes;
     uint8_t *before = test_allocate(3, bytes), *fitted = before + bytes, *after = fitted + bytes;
     double squares[2] = {0};
     struct vw_evaluator evaluator;
     struct vw_code_fit fit;
-    ASSERT_OK(vw_evaluator_create(&trainer->field, count, &evaluator));
+    ASSERT_OK(vw_evaluator_create(&trainer->field, count, false, &evaluator));
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, before, bytes));
     ASSERT_OK(vw_evaluator_render(&evaluator, pixels, count, colours[0]));
     ASSERT_OK(vw_code_fit_apply(&trainer->field, pixels, count, &fit));

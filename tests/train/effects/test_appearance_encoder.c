@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"
-#include "train/effects/encode_photo.h"
+#include "train/effects/appearance_encoder.h"
 #include "train/trainer.h"
 
 // ---- Codes of views -------------------------------------------------------------------------------------------------
@@ -37,7 +37,7 @@ TEST(every_view_has_the_code_of_its_photo) {
                   colour = {0};
         const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.evaluator.pixels);
         struct vw_evaluator one = {0};
-        ASSERT_OK(vw_evaluator_create(&trainer->field, 1, &one));
+        ASSERT_OK(vw_evaluator_create(&trainer->field, 1, false, &one));
         read_colours(trainer, before, count);
         for (uint32_t i = 0; i < count; i += 5) {
             ASSERT_OK(vw_evaluator_render(&one, &pixels[i], 1, &colour));

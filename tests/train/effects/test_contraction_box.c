@@ -3,8 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "train/effects/contraction.h"
-#include "train/effects/wide_box.h"
+#include "train/effects/field_box.h"
 
 enum { VIEWS = 24, NEAR_POINTS = 600, FAR_POINTS = 400, POINTS = NEAR_POINTS + FAR_POINTS };
 
@@ -133,19 +132,19 @@ TEST(a_wide_box_holds_what_photos_see) {
     struct vw_box box;
     make_ring(0.0, 1.0, &ring);
     ring.scene.box.half_extent_world = 1.0;
-    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // no photo sees them: the same as without points
+    assert_int_equal(vw_wide_box(&ring.scene, &box), VW_OK); // no photo sees them: the same as without points
     assert_near(box.half_extent_world, 2.0, 1e-12);
     for (int p = 0; p < POINTS; p++) ring.points[p].track_count = p < NEAR_POINTS ? 100 : 1;
     ring.scene.track_count = 100 * NEAR_POINTS + FAR_POINTS;
-    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // 0.7 % of the observations are at the horizon
+    assert_int_equal(vw_wide_box(&ring.scene, &box), VW_OK); // 0.7 % of the observations are at the horizon
     assert_near(box.half_extent_world, 1.1, 0.02);
     assert_int_equal(vw_scene_count_outside(&ring.scene, &box), FAR_POINTS);
     for (int p = NEAR_POINTS; p < POINTS; p++) ring.points[p].track_count = 10;
     ring.scene.track_count += 9 * FAR_POINTS;
-    assert_int_equal(wide_box(&ring.scene, &box), VW_OK);
+    assert_int_equal(vw_wide_box(&ring.scene, &box), VW_OK);
     assert_near(box.half_extent_world, 4.0, 1e-12);
     ring.scene.box.half_extent_world = 5000.0;
-    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // never narrower
+    assert_int_equal(vw_wide_box(&ring.scene, &box), VW_OK); // never narrower
     assert_near(box.half_extent_world, 5000.0, 1e-9);
     assert_int_equal(vw_scene_count_outside(&ring.scene, &box), 0);
 }

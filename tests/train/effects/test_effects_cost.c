@@ -8,6 +8,7 @@
 #include "support/plain_config.h"
 #include "support/synthetic_scene.h"
 #include "support/trainer_fixture.h"
+#include "train/renderers/volume/volume.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 
@@ -26,6 +27,7 @@ struct cost {
 static uint64_t shared_bytes(const struct vw_trainer *trainer) {
     const struct vw_radiance_field *f = &trainer->field;
     const struct vw_step_passes *s = &trainer->step;
+    const struct vw_volume_step *volume = vw_volume_step_of(s);
     const struct vw_evaluator *v = &trainer->validation.evaluator;
     struct vw_buffer *const buffers[] = {f->params,
                                          f->cameras,
@@ -33,20 +35,20 @@ static uint64_t shared_bytes(const struct vw_trainer *trainer) {
                                          f->grid_rows,
                                          f->step_state,
                                          s->ray_buffer,
-                                         s->samples,
-                                         s->d_samples,
+                                         volume->samples,
+                                         volume->d_samples,
                                          s->ray_loss,
                                          s->overflow,
-                                         s->weight_partials,
+                                         volume->weight_partials,
                                          s->d_weights,
                                          s->weight_moments,
-                                         s->d_grid,
-                                         s->grid_moment1,
-                                         s->grid_moment2,
-                                         s->grid_visits,
+                                         volume->d_grid,
+                                         volume->grid_moment1,
+                                         volume->grid_moment2,
+                                         volume->grid_visits,
                                          v->pixels,
                                          v->rays,
-                                         v->samples,
+                                         vw_volume_evaluation_of(v)->samples,
                                          v->colours,
                                          trainer->validation.ranges,
                                          trainer->pixels,

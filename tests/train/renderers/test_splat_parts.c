@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
-#include "train/renderers/splats/splats_renderer.h"
+#include "train/renderers/splats/splats.h"
 
 static const struct vw_gpu_limits *pretended; // limits in place of the device's; NULL: its own
 
@@ -75,7 +75,7 @@ static struct drawn *draw(struct vw_radiance_field *field, uint32_t first, uint3
     for (uint32_t i = 0; i < count * PIXELS; i++)
         pixels[i] = (struct vw_pixel){
             .x_px = i % PIXELS ? 20.5f : 12.5f, .y_px = 9.5f, .view = first + i / PIXELS, .weight = 1.0f};
-    ASSERT_OK(vw_evaluator_create(field, count * PIXELS, &evaluator));
+    ASSERT_OK(vw_evaluator_create(field, count * PIXELS, false, &evaluator));
     ASSERT_OK(vw_evaluator_render(&evaluator, pixels, count * PIXELS, drawn->colours));
     drawn->parts = vw_splats_count_parts(&evaluator, &views);
     drawn->room = vw_splats_evaluation_drawing(&evaluator)->room;

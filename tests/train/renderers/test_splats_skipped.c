@@ -7,7 +7,7 @@
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "train/renderers/splats/splats_renderer.h"
+#include "train/renderers/splats/splats.h"
 
 static uint32_t step_pairs, validation_pairs; // the room for pairs of one drawing; 0: the device's
 
@@ -90,7 +90,7 @@ TEST_CASES(colours_that_are_not_finite_flag_every_row_that_shows_them, i, VW_ARR
     struct vw_config config = config_with_room(0);
     config.rays = 4 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE; // whole photos
     struct vw_trainer *trainer = test_trainer_create(test_scene(), &config, true, 1);
-    uint64_t stride = trainer->model.splats.count;
+    uint64_t stride = vw_splat_model_of(&trainer->model)->count;
     for (uint64_t splat = 0; splat < stride; splat++)
         ASSERT_OK(vw_buffer_write(trainer->field.params,
                                   16 * (poisons[i].column * stride + splat) + 4 * poisons[i].lane, &poisons[i].value,

@@ -7,7 +7,7 @@
 #include "run/lasting/lasting_summary.h"
 #include "support/draws.h"
 #include "support/trainer_fixture.h"
-#include "train/renderers/splats/splats_renderer.h"
+#include "train/renderers/splats/splats.h"
 
 enum { SQUARE = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE, POINTS = 90 };
 
@@ -83,7 +83,7 @@ TEST(validation_is_pure) {
     vw_float4 *before = test_allocate(count, sizeof *before), colour = {0};
     ASSERT_OK(vw_buffer_read(evaluator->colours, 0, before, count * sizeof *before));
     const struct vw_pixel *pixels = vw_buffer_map(evaluator->pixels);
-    ASSERT_OK(vw_evaluator_create(&trainer->field, 1, &one));
+    ASSERT_OK(vw_evaluator_create(&trainer->field, 1, false, &one));
     for (uint32_t i = 0; i < count; i += 37) {
         ASSERT_OK(vw_evaluator_render(&one, &pixels[i], 1, &colour));
         assert_memory_equal(&colour, &before[i], sizeof colour);
@@ -245,7 +245,7 @@ static const float *start_of(struct vw_scene *scene, const struct vw_config *con
     struct vw_trainer *trainer = test_trainer_create(scene, config, false, 0);
     float *params = test_allocate(1, trainer->model.param_bytes);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
-    *count = trainer->model.splats.count;
+    *count = vw_splat_model_of(&trainer->model)->count;
     test_release(trainer);
     return params;
 }

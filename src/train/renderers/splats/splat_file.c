@@ -11,10 +11,216 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "interface.h"
-#include "train/renderers/splats/splat_header.h"
 #include "viewworth/log.h"
 
-enum { SPLATS_MOST = 1 << 20, HEADER_BYTES_MOST = 4096, NORMALS = 3 };
+// ---- The header -----------------------------------------------------------------------------------------------------
+
+// The numbers of a splat: fields that each has, then f_rest_0 and so on.
+enum { FIELDS = 14, RESTS = 45, NUMBERS = FIELDS + RESTS };
+
+struct property {
+    bool present, is_double;
+    uint32_t offset_bytes; // in a row
+};
+
+struct header {
+    uint64_t count;
+    uint32_t row_bytes, degree;
+    bool antialiased;
+    size_t size_bytes; // rows follow
+    struct property properties[NUMBERS];
+};
+
+enum { LINE_BYTES = 512, HEADER_READ_MOST = 1 << 16, ROW_BYTES_MOST = 4096 };
+
+static const char rewrite[] = "write it again as binary little-endian .ply of splats, for example by splat-transform";
+
+static const struct {
+    const char *name;
+    uint32_t place; // 4 * column + lane
+} fields[FIELDS] = {
+    {"x", 4 * SPLAT_MEAN},
+    {"y", 4 * SPLAT_MEAN + 1},
+    {"z", 4 * SPLAT_MEAN + 2},
+    {"opacity", 4 * SPLAT_MEAN + 3},
+    {"scale_0", 4 * SPLAT_SCALE},
+    {"scale_1", 4 * SPLAT_SCALE + 1},
+    {"scale_2", 4 * SPLAT_SCALE + 2},
+    {"rot_0", 4 * SPLAT_TURN},
+    {"rot_1", 4 * SPLAT_TURN + 1},
+    {"rot_2", 4 * SPLAT_TURN + 2},
+    {"rot_3", 4 * SPLAT_TURN + 3},
+    {"f_dc_0", 4 * SPLAT_HARMONICS},
+    {"f_dc_1", 4 * SPLAT_HARMONICS + 1},
+    {"f_dc_2", 4 * SPLAT_HARMONICS + 2},
+};
+
+// Returns the name of a number.
+static const char *property_name(uint32_t number, char name[20]) {
+    if (number < FIELDS) return fields[number].name;
+    snprintf(name, 20, "f_rest_%" PRIu32, number - FIELDS);
+    return name;
+}
+
+static uint32_t rests_of(uint32_t degree) { return (degree + 1) * (degree + 1) - 1; } // per channel
+
+// Returns where params have it, with harmonics of a degree: 4 * column + lane.
+static uint32_t property_place(uint32_t number, uint32_t degree) {
+    if (number < FIELDS) return fields[number].place;
+    uint32_t rest = number - FIELDS, each = rests_of(degree);
+    return 4 * (SPLAT_HARMONICS + 1 + rest % each) + rest / each;
+}
+
+// ---- Lines ----------------------------------------------------------------------------------------------------------
+
+struct lines {
+    const char *path, *at, *end;
+    uint32_t number;
+    char text[LINE_BYTES];
+};
+
+static enum vw_status refuse(const struct lines *lines, const char *what) {
+    return vw_fail(VW_ERROR_INPUT, "%s:%" PRIu32 ": \"%.60s\" %s", lines->path, lines->number, lines->text, what);
+}
+
+static enum vw_status next_line(struct lines *lines) {
+    size_t left = (size_t)(lines->end - lines->at);
+    const char *end = left ? memchr(lines->at, '\n', left) : NULL;
+    lines->number++;
+    if (!end)
+        return vw_fail(VW_ERROR_INPUT, "%s:%" PRIu32 ": the header has no end_header; %s", lines->path, lines->number,
+                       rewrite);
+    size_t length = (size_t)(end - lines->at);
+    if (length && lines->at[length - 1] == '\r') length--;
+    snprintf(lines->text, sizeof lines->text, "%.*s", (int)(length < LINE_BYTES ? length : LINE_BYTES - 1), lines->at);
+    if (length >= LINE_BYTES || strlen(lines->text) != length)
+        return refuse(lines, "and so on is not a line of a header; is this a .ply file?");
+    lines->at = end + 1;
+    return VW_OK;
+}
+
+// Returns what follows a first word and a space; NULL when the line has another one.
+static const char *after(const struct lines *lines, const char *word) {
+    size_t length = strlen(word);
+    return !strncmp(lines->text, word, length) && lines->text[length] == ' ' ? lines->text + length + 1 : NULL;
+}
+
+// ---- Properties -----------------------------------------------------------------------------------------------------
+
+static uint32_t size_of_type(const char *type) {
+    static const struct {
+        const char *name;
+        uint32_t bytes;
+    } types[] = {{"char", 1},   {"int8", 1},    {"uchar", 1},  {"uint8", 1},  {"short", 2}, {"int16", 2},
+                 {"ushort", 2}, {"uint16", 2},  {"int", 4},    {"int32", 4},  {"uint", 4},  {"uint32", 4},
+                 {"float", 4},  {"float32", 4}, {"double", 8}, {"float64", 8}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(types); i++)
+        if (!strcmp(type, types[i].name)) return types[i].bytes;
+    return 0;
+}
+
+static struct property *find_property(struct header *header, const char *name) {
+    char known[20];
+    for (uint32_t i = 0; i < NUMBERS; i++)
+        if (!strcmp(name, property_name(i, known))) return &header->properties[i];
+    return NULL;
+}
+
+static enum vw_status take_property(const struct lines *lines, const char *rest, struct header *header) {
+    char type[32], name[64], more;
+    int words = sscanf(rest, "%31s %63s %c", type, name, &more);
+    uint32_t bytes = words == 2 ? size_of_type(type) : 0;
+    if (!bytes) return refuse(lines, "is not a property of one number; write it again without it");
+    bool real = !strcmp(type, "float") || !strcmp(type, "float32") || bytes == 8;
+    struct property *property = find_property(header, name);
+    if (property && !real) return refuse(lines, "is not a property of floats; write it again with float");
+    if (property && property->present) return refuse(lines, "is there twice; leave one out");
+    if (!property && !strncmp(name, "f_rest_", 7))
+        return refuse(lines, "is of harmonics above degree 3; write it again with degree 3 at most");
+    if (property)
+        *property = (struct property){.present = true, .is_double = bytes == 8, .offset_bytes = header->row_bytes};
+    header->row_bytes += bytes;
+    return header->row_bytes <= ROW_BYTES_MOST ? VW_OK
+                                               : refuse(lines, "makes rows of more than 4096 bytes; leave some out");
+}
+
+static enum vw_status take_element(const struct lines *lines, const char *rest, bool first, struct header *header) {
+    char name[64] = "", more;
+    int words = sscanf(rest, "%63s %" SCNu64 " %c", name, &header->count, &more);
+    if (first && !strcmp(name, "chunk"))
+        return refuse(lines, "begins a compressed .ply; decompress it, for example by splat-transform IN.ply OUT.ply");
+    if (words != 2 || strchr(rest, '-')) return refuse(lines, "is not an element with its number of rows");
+    if (strcmp(name, "vertex")) return refuse(lines, "comes before element vertex, which must be the first");
+    return VW_OK;
+}
+
+static bool says_antialiased(const char *comment) {
+    return !strcmp(comment, "SplatRenderMode: mip") || !strcmp(comment, "antialiased 1");
+}
+
+// Reads the lines between the format and end_header. Elements after the splats are left alone.
+static enum vw_status read_lines(struct lines *lines, struct header *header) {
+    uint32_t elements = 0;
+    enum vw_status status = next_line(lines);
+    for (; !status && strcmp(lines->text, "end_header"); status = status ? status : next_line(lines)) {
+        const char *rest;
+        if ((rest = after(lines, "comment"))) header->antialiased |= says_antialiased(rest);
+        else if ((rest = after(lines, "element")))
+            status = elements++ ? VW_OK : take_element(lines, rest, true, header);
+        else if ((rest = after(lines, "property")))
+            status = elements == 1 ? take_property(lines, rest, header)
+                     : elements    ? VW_OK
+                                   : refuse(lines, "comes before element vertex");
+        else if (strcmp(lines->text, "comment") && !after(lines, "obj_info"))
+            status = refuse(lines, "is not a line of a header; is this a .ply file of splats?");
+    }
+    if (!status && !elements) status = refuse(lines, "comes before element vertex: there are no splats");
+    return status;
+}
+
+static enum vw_status check_properties(const char *path, struct header *header) {
+    uint32_t rests = 0;
+    char name[20];
+    for (uint32_t i = 0; i < FIELDS; i++)
+        if (!header->properties[i].present)
+            return vw_fail(VW_ERROR_INPUT,
+                           "%s: element vertex lacks property %s of splats; name a .ply "
+                           "of splats",
+                           path, fields[i].name);
+    for (uint32_t i = 0; i < RESTS; i++) rests += header->properties[FIELDS + i].present;
+    while (header->degree < VW_SPLAT_DEGREE_MAX && 3 * rests_of(header->degree) < rests) header->degree++;
+    for (uint32_t i = 0; i < 3 * rests_of(header->degree); i++)
+        if (!header->properties[FIELDS + i].present)
+            return vw_fail(VW_ERROR_INPUT,
+                           "%s: element vertex has no property %s: f_rest_* are 0, 9, 24 or 45, by the degree of the "
+                           "harmonics; write them all",
+                           path, property_name(FIELDS + i, name));
+    return VW_OK;
+}
+
+// Reads a header. VW_ERROR_INPUT names the line and the remedy; `path` is for messages.
+static enum vw_status read_header(const char *path, const char *data, size_t size_bytes, struct header *header) {
+    size_t limit = size_bytes < HEADER_READ_MOST ? size_bytes : HEADER_READ_MOST;
+    struct lines lines = {.path = path, .at = data, .end = data + limit};
+    *header = (struct header){0};
+    enum vw_status status = next_line(&lines);
+    if (status || strcmp(lines.text, "ply"))
+        return vw_fail(VW_ERROR_INPUT, "%s: does not begin with the line ply; name a .ply file of splats", path);
+    status = next_line(&lines);
+    if (!status && strcmp(lines.text, "format binary_little_endian 1.0")) {
+        char what[160];
+        snprintf(what, sizeof what, "is not the format that is read; %s", rewrite);
+        status = refuse(&lines, what);
+    }
+    if (!status) status = read_lines(&lines, header);
+    if (!status) status = check_properties(path, header);
+    header->size_bytes = (size_t)(lines.at - data);
+    return status;
+}
+
+// ---- The file -------------------------------------------------------------------------------------------------------
+
+enum { SPLATS_MOST = 1 << 20, HEADER_WRITTEN_MOST = 4096, NORMALS = 3 };
 
 static const size_t FILE_BYTES_MOST = (size_t)1 << 30;
 static const float COLOUR_MOST = 1e6f; // sums of harmonics stay finite, and so do pixels that a splat does not reach
@@ -22,7 +228,7 @@ static const double TURN_LEAST = 1e-12, TURN_MOST = 1e15; // squared norms of qu
 
 // ---- Reading --------------------------------------------------------------------------------------------------------
 
-static float number_at(const char *row, const struct vw_splat_property *property) {
+static float number_at(const char *row, const struct property *property) {
     float single;
     double number;
     if (property->is_double) {
@@ -33,22 +239,22 @@ static float number_at(const char *row, const struct vw_splat_property *property
     return single;
 }
 
-static enum vw_status read_splat(const char *path, const char *row, const struct vw_splat_header *header,
-                                 uint32_t splat, struct vw_splat_file *file) {
+static enum vw_status read_splat(const char *path, const char *row, const struct header *header, uint32_t splat,
+                                 struct vw_splat_file *file) {
     char name[20];
     double turn2 = 0.0;
-    for (uint32_t i = 0; i < VW_SPLAT_NUMBERS; i++) {
+    for (uint32_t i = 0; i < NUMBERS; i++) {
         if (!header->properties[i].present) continue;
-        uint32_t place = vw_splat_property_place(i, header->degree);
+        uint32_t place = property_place(i, header->degree);
         float number = number_at(row, &header->properties[i]);
         if (!isfinite(number))
             return vw_fail(VW_ERROR_INPUT,
                            "%s: splat %" PRIu32 ": %s is not finite; filter such splats, for example by "
                            "splat-transform -N",
-                           path, splat, vw_splat_property_name(i, name));
+                           path, splat, property_name(i, name));
         if (place / 4 >= SPLAT_HARMONICS && fabsf(number) > COLOUR_MOST)
             return vw_fail(VW_ERROR_INPUT, "%s: splat %" PRIu32 ": %s is %g, beyond all colours; remove such splats",
-                           path, splat, vw_splat_property_name(i, name), (double)number);
+                           path, splat, property_name(i, name), (double)number);
         file->params[4 * ((size_t)(place / 4) * file->count + splat) + place % 4] = number;
         if (place / 4 == SPLAT_TURN) turn2 += (double)number * (double)number;
     }
@@ -62,8 +268,8 @@ static enum vw_status read_splat(const char *path, const char *row, const struct
 
 static enum vw_status read_splats(const char *path, const char *data, size_t size_bytes, uint32_t splats_most,
                                   struct vw_splat_file *file) {
-    struct vw_splat_header header;
-    enum vw_status status = vw_splat_header_read(path, data, size_bytes, &header);
+    struct header header;
+    enum vw_status status = read_header(path, data, size_bytes, &header);
     if (status) return status;
     if (!header.count || header.count > splats_most)
         return vw_fail(VW_ERROR_INPUT,
@@ -127,29 +333,29 @@ enum vw_status vw_splat_file_place(const struct vw_splat_file *file, const char 
 
 // ---- Writing --------------------------------------------------------------------------------------------------------
 
-static size_t write_header(char header[HEADER_BYTES_MOST], uint32_t count, uint32_t rests) {
+static size_t write_header(char header[HEADER_WRITTEN_MOST], uint32_t count, uint32_t rests) {
     static const char *const before[] = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
     static const char *const after[] = {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"};
-    size_t at = (size_t)snprintf(header, HEADER_BYTES_MOST,
+    size_t at = (size_t)snprintf(header, HEADER_WRITTEN_MOST,
                                  "ply\nformat binary_little_endian 1.0\ncomment made by viewworth\n"
                                  "comment SplatRenderMode: default\nelement vertex %" PRIu32 "\n",
                                  count);
     for (size_t i = 0; i < VW_ARRAY_COUNT(before); i++)
-        at += (size_t)snprintf(header + at, HEADER_BYTES_MOST - at, "property float %s\n", before[i]);
+        at += (size_t)snprintf(header + at, HEADER_WRITTEN_MOST - at, "property float %s\n", before[i]);
     for (uint32_t i = 0; i < rests; i++)
-        at += (size_t)snprintf(header + at, HEADER_BYTES_MOST - at, "property float f_rest_%" PRIu32 "\n", i);
+        at += (size_t)snprintf(header + at, HEADER_WRITTEN_MOST - at, "property float f_rest_%" PRIu32 "\n", i);
     for (size_t i = 0; i < VW_ARRAY_COUNT(after); i++)
-        at += (size_t)snprintf(header + at, HEADER_BYTES_MOST - at, "property float %s\n", after[i]);
-    return at + (size_t)snprintf(header + at, HEADER_BYTES_MOST - at, "end_header\n");
+        at += (size_t)snprintf(header + at, HEADER_WRITTEN_MOST - at, "property float %s\n", after[i]);
+    return at + (size_t)snprintf(header + at, HEADER_WRITTEN_MOST - at, "end_header\n");
 }
 
 // Writes the numbers of a row, all of them but normals, which stay 0.
 static void write_row(const float *params, uint32_t count, uint32_t degree, const struct vw_box *box, uint32_t splat,
                       float *row) {
-    enum { X = 0, OPACITY = 3, SCALE = 4, TURN = 7, CONSTANT = 11 }; // places in the table of splat_header.c
+    enum { X = 0, OPACITY = 3, SCALE = 4, TURN = 7, CONSTANT = 11 }; // places in the table of fields
     uint32_t rests = 3 * ((degree + 1) * (degree + 1) - 1);
-    for (uint32_t i = 0; i < VW_SPLAT_FIELDS + rests; i++) {
-        uint32_t place = vw_splat_property_place(i, degree);
+    for (uint32_t i = 0; i < FIELDS + rests; i++) {
+        uint32_t place = property_place(i, degree);
         double number = params[4 * ((size_t)(place / 4) * count + splat) + place % 4];
         if (i < OPACITY) {
             row[i] = (float)((number - 0.5) * edge_of(box) + box->centre_world[i]);
@@ -159,24 +365,24 @@ static void write_row(const float *params, uint32_t count, uint32_t degree, cons
             row[10 + rests + i - SCALE] = (float)(number + log(edge_of(box)));
         } else if (i < CONSTANT) {
             row[13 + rests + i - TURN] = (float)number;
-        } else if (i < VW_SPLAT_FIELDS) {
+        } else if (i < FIELDS) {
             row[3 + NORMALS + i - CONSTANT] = (float)number;
         } else {
-            row[9 + i - VW_SPLAT_FIELDS] = (float)number;
+            row[9 + i - FIELDS] = (float)number;
         }
     }
 }
 
 enum vw_status vw_splat_file_make(const float *params, uint32_t count, uint32_t degree, const struct vw_box *box,
                                   void **data, size_t *size_bytes) {
-    char header[HEADER_BYTES_MOST];
-    uint32_t rests = 3 * ((degree + 1) * (degree + 1) - 1), numbers = VW_SPLAT_FIELDS + NORMALS + rests;
+    char header[HEADER_WRITTEN_MOST];
+    uint32_t rests = 3 * ((degree + 1) * (degree + 1) - 1), numbers = FIELDS + NORMALS + rests;
     size_t header_bytes = write_header(header, count, rests), row_bytes = numbers * sizeof(float);
     char *bytes = vw_allocate(header_bytes + row_bytes * count, 1);
     if (!bytes) return VW_ERROR_MEMORY;
     memcpy(bytes, header, header_bytes);
     for (uint32_t splat = 0; splat < count; splat++) {
-        float row[VW_SPLAT_NUMBERS + NORMALS] = {0};
+        float row[NUMBERS + NORMALS] = {0};
         write_row(params, count, degree, box, splat, row);
         memcpy(bytes + header_bytes + row_bytes * splat, row, row_bytes);
     }

@@ -1,9 +1,13 @@
-// Splats on the device: passes that draw a list of tiles, go back from the colours of their rays to the splats, and
-// move these. Params, cameras, views and rays are the caller's; see shaders/interface.h for all layouts.
+// Splats (--field splats). On the device: passes that draw a list of tiles, go back from the colours of their rays to
+// the splats, and move these. Params, cameras, views and rays are the caller's; see shaders/interface.h for all
+// layouts.
 #ifndef VIEWWORTH_TRAIN_RENDERERS_SPLATS_H
 #define VIEWWORTH_TRAIN_RENDERERS_SPLATS_H
 
+#include "train/evaluator.h"
 #include "train/passes.h"
+#include "train/renderers/registry.h"
+#include "train/step.h"
 #include "viewworth/scene.h"
 
 // Most tiles of a view on each of which a splat is tried, rather than on all cells in its box.
@@ -83,5 +87,47 @@ void vw_splat_gradient_record(const struct vw_splat_gradient *gradient, struct v
 // Records the step of the optimiser.
 void vw_splat_update_record(const struct vw_splat_gradient *gradient, struct vw_submission *submission,
                             const struct vw_push_splat_update *push);
+
+// ---- The renderer ---------------------------------------------------------------------------------------------------
+
+// Unit of the rates: the learning rate of the passes is that of effects, as with the hash grid, at the default --lr.
+#define VW_SPLAT_RATE_UNIT 0.001
+
+// The sizes of splats, of a model. Their params are at the beginning of the block.
+struct vw_splat_model {
+    uint32_t count, degree; // splats; degree of their harmonics
+    uint32_t source_count;  // points of the scene that they are made of, if more than `count` a draw of them; 0: none
+    double extent_edges;    // size of the scene, by which positions move: how far the train cameras spread
+};
+static inline const struct vw_splat_model *vw_splat_model_of(const struct vw_model *model) {
+    return model->of_renderer;
+}
+
+// Counts the points of a scene that a train view sees.
+uint32_t vw_splats_count_points(const struct vw_model *model, const struct vw_scene *scene);
+// Writes the initial values of all splats: of points, or, where no train view sees any, drawn in the box.
+enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                               float *params);
+// Writes for each point its root mean square distance to the three nearest others, but at least `least`.
+enum vw_status vw_splats_measure_gaps(const float (*points)[3], uint32_t count, float least, float *gaps);
+
+// Returns params of passes, without room for views, tiles and pairs, and fills in `specialization`.
+struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field *field,
+                                                  const struct vw_specialization *run,
+                                                  struct vw_splat_specialization *specialization);
+// Returns room for the pairs of a drawing: for tiles full of splats, for a picture of all splats, and never for more
+// than the tiles can have or the device binds.
+uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
+struct vw_binding vw_splats_binding(const struct vw_radiance_field *field);
+struct vw_push_splats vw_splats_push(const struct vw_model *model);
+
+const struct vw_splat_drawing *vw_splats_step_drawing(const struct vw_step_passes *step);
+
+const struct vw_splat_drawing *vw_splats_evaluation_drawing(const struct vw_evaluator *evaluator);
+// Returns how many drawings the pixels are, and adds up their views.
+uint32_t vw_splats_count_parts(const struct vw_evaluator *evaluator, uint32_t *views);
+
+extern const struct vw_renderer_step vw_splats_renderer_step;
+extern const struct vw_renderer_evaluation vw_splats_renderer_evaluation;
 
 #endif

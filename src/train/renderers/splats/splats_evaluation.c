@@ -7,7 +7,7 @@
 #include "gpu/shaders.h"
 #include "train/effects/effects.h"
 #include "train/passes.h"
-#include "train/renderers/splats/splats_renderer.h"
+#include "train/renderers/splats/splats.h"
 
 enum {
     TILES_MOST = 1024,        // tiles of one drawing
@@ -44,7 +44,9 @@ struct vw_splat_evaluation {
     struct vw_splat_room needed; // by the largest part, and listed_tiles
 };
 
-enum vw_status vw_splats_create_evaluation(struct vw_evaluator *evaluator) {
+static struct vw_splat_evaluation *own_of(const struct vw_evaluator *evaluator) { return evaluator->of_renderer; }
+
+static enum vw_status create_evaluation(struct vw_evaluator *evaluator) {
     const struct vw_radiance_field *field = evaluator->field;
     const struct vw_specialization specialization = vw_effects_specialise_validation(field->model);
     struct vw_binding bindings[VW_SLOT_COUNT] = {
@@ -56,11 +58,11 @@ enum vw_status vw_splats_create_evaluation(struct vw_evaluator *evaluator) {
     const struct vw_effect_buffers of_effects = {field->params, field->effect_buffers, NULL};
     vw_effects_bind(field->model, &of_effects, bindings, &count);
     const struct vw_pass_params common = vw_pass_params_of(&specialization, bindings, count, evaluator_role);
-    evaluator->splats = vw_allocate(1, sizeof *evaluator->splats);
-    if (!evaluator->splats) return VW_ERROR_MEMORY;
-    evaluator->splats->objects.gpu = field->gpu;
-    evaluator->splats->pixels = vw_allocate(evaluator->ray_count, sizeof *evaluator->splats->pixels);
-    if (!evaluator->splats->pixels) return VW_ERROR_MEMORY;
+    struct vw_splat_evaluation *splats = evaluator->of_renderer = vw_allocate(1, sizeof *splats);
+    if (!splats) return VW_ERROR_MEMORY;
+    splats->objects.gpu = field->gpu;
+    splats->pixels = vw_allocate(evaluator->ray_count, sizeof *splats->pixels);
+    if (!splats->pixels) return VW_ERROR_MEMORY;
     return vw_pass_create_of(&evaluator->objects, &common, &vw_shader_generate_rays, &evaluator->generate);
 }
 
@@ -72,15 +74,16 @@ static void destroy_sized(struct vw_splat_evaluation *splats) {
     splats->view_list = splats->shown = NULL;
 }
 
-void vw_splats_destroy_evaluation(struct vw_evaluator *evaluator) {
-    if (!evaluator->splats) return;
-    destroy_sized(evaluator->splats);
-    free(evaluator->splats->parts);
-    free(evaluator->splats->views);
-    free(evaluator->splats->tiles);
-    free(evaluator->splats->pixels);
-    free(evaluator->splats);
-    evaluator->splats = NULL;
+static void destroy_evaluation(struct vw_evaluator *evaluator) {
+    struct vw_splat_evaluation *splats = own_of(evaluator);
+    if (!splats) return;
+    destroy_sized(splats);
+    free(splats->parts);
+    free(splats->views);
+    free(splats->tiles);
+    free(splats->pixels);
+    free(splats);
+    evaluator->of_renderer = NULL;
 }
 
 // ---- From pixels to tiles -------------------------------------------------------------------------------------------
@@ -210,7 +213,7 @@ static uint32_t power_of_two_from(uint32_t value) {
 }
 
 static enum vw_status create_show(const struct vw_evaluator *evaluator, const struct vw_specialization *run) {
-    struct vw_splat_evaluation *splats = evaluator->splats;
+    struct vw_splat_evaluation *splats = own_of(evaluator);
     const struct vw_radiance_field *field = evaluator->field;
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
@@ -228,7 +231,7 @@ static enum vw_status create_show(const struct vw_evaluator *evaluator, const st
 }
 
 static enum vw_status create_sized(const struct vw_evaluator *evaluator, const struct vw_splat_pass_params *sized) {
-    struct vw_splat_evaluation *splats = evaluator->splats;
+    struct vw_splat_evaluation *splats = own_of(evaluator);
     const struct vw_buffer_row lists[] = {
         {&splats->view_list, "splat_views", sizeof *splats->views * power_of_two_from(splats->view_count)},
         {&splats->shown, "shown_pixels", sizeof *splats->pixels * evaluator->ray_count},
@@ -258,7 +261,7 @@ static bool has_room(const struct vw_splat_evaluation *splats) {
 }
 
 static enum vw_status make_room(const struct vw_evaluator *evaluator, struct vw_splat_pass_params *params) {
-    struct vw_splat_evaluation *splats = evaluator->splats;
+    struct vw_splat_evaluation *splats = own_of(evaluator);
     if (has_room(splats)) return VW_OK;
     destroy_sized(splats);
     params->room.views = splats->needed.views;
@@ -269,8 +272,8 @@ static enum vw_status make_room(const struct vw_evaluator *evaluator, struct vw_
     return create_sized(evaluator, params);
 }
 
-enum vw_status vw_splats_take_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
-    struct vw_splat_evaluation *splats = evaluator->splats;
+static enum vw_status take_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
+    struct vw_splat_evaluation *splats = own_of(evaluator);
     const struct vw_specialization run = vw_effects_specialise_validation(evaluator->field->model);
     struct vw_splat_specialization s;
     struct vw_splat_pass_params params = vw_splats_pass_params(evaluator->field, &run, &s);
@@ -286,8 +289,8 @@ enum vw_status vw_splats_take_pixels(struct vw_evaluator *evaluator, const struc
     return VW_OK;
 }
 
-void vw_splats_record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
-    const struct vw_splat_evaluation *splats = evaluator->splats;
+static void record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
+    const struct vw_splat_evaluation *splats = own_of(evaluator);
     for (uint32_t i = 0; i < splats->part_count; i++) {
         const struct vw_push_shown *shown = &splats->parts[i].shown;
         vw_splat_drawing_record(&splats->drawing, submission, &splats->parts[i].splats);
@@ -296,10 +299,17 @@ void vw_splats_record_evaluation(const struct vw_evaluator *evaluator, struct vw
 }
 
 const struct vw_splat_drawing *vw_splats_evaluation_drawing(const struct vw_evaluator *evaluator) {
-    return &evaluator->splats->drawing;
+    return &own_of(evaluator)->drawing;
 }
 
 uint32_t vw_splats_count_parts(const struct vw_evaluator *evaluator, uint32_t *views) {
-    *views = evaluator->splats->view_count;
-    return evaluator->splats->part_count;
+    *views = own_of(evaluator)->view_count;
+    return own_of(evaluator)->part_count;
 }
+
+const struct vw_renderer_evaluation vw_splats_renderer_evaluation = {
+    .create = create_evaluation,
+    .destroy = destroy_evaluation,
+    .take_pixels = take_pixels,
+    .record = record_evaluation,
+};

@@ -1,29 +1,30 @@
 // The renderer `splats`: 3-D Gaussians, drawn tile by tile (Kerbl et al., SIGGRAPH 2023), a fixed number of them.
 #include <math.h>
 
+#include "base/memory.h"
 #include "train/model.h"
 #include "train/renderers/registry.h"
-#include "train/renderers/splats/splats_renderer.h"
+#include "train/renderers/splats/splats.h"
 
 enum {
     SPLATS_MOST = 1 << 20,
     SPLATS_WITHOUT_POINTS = 4096,
-    PATCH_SIDE = 8,       // squares of validation have a CPU's tile's side
-    ALIGNMENT_BYTES = 256 // the largest offset alignment Vulkan allows a device to ask for
+    PATCH_SIDE = 8, // squares of validation have a CPU's tile's side
 };
 
 static const float ADAM_EPSILON = 1e-8f; // for effects
 static const double EXTENT_MARGIN = 1.1; // as Kerbl et al. have it
 
-static void specialise(const struct vw_config *config, struct vw_model *model) {
+static enum vw_status specialise(const struct vw_config *config, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
     s->samples = s->strata = config->samples; // rays are divided into so many strata, which nothing samples
     s->learning_rate = (float)(VW_SPLAT_RATE_UNIT * config->learning_rate);
     s->gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
     model->ray_samples = model->ray_group = 1;
     model->patch_side = PATCH_SIDE;
-    model->splats.position_decay = model->learning_rate_decay;
-    model->learning_rate_decay = 1.0;
+    model->learning_rate_decay = 1.0; // that of positions alone is the config's
+    model->of_renderer = vw_allocate(1, sizeof(struct vw_splat_model));
+    return model->of_renderer ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // Returns how far the train cameras are from their mean, in box edges; 1 for a single camera.
@@ -44,19 +45,16 @@ static double measure_extent(const struct vw_model *model, const struct vw_scene
 }
 
 static void lay_out(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model) {
-    struct vw_splat_model *splats = &model->splats;
-    splats->initial = config->initial[0] ? config->initial : NULL;
-    splats->initial_sha256 = config->initial_sha256;
-    splats->source_count = splats->initial ? 0 : vw_splats_count_points(model, scene);
+    struct vw_splat_model *splats = model->of_renderer;
+    splats->source_count = config->initial[0] ? 0 : vw_splats_count_points(model, scene);
     splats->count = config->splats         ? config->splats
                     : splats->source_count ? splats->source_count
                                            : SPLATS_WITHOUT_POINTS;
     if (splats->count > SPLATS_MOST) splats->count = SPLATS_MOST;
     splats->degree = config->harmonics;
-    splats->ssim_weight = (float)config->ssim_weight;
     splats->extent_edges = measure_extent(model, scene);
     uint64_t bytes = vw_splat_param_bytes(&(struct vw_splat_room){.splats = splats->count, .degree = splats->degree});
-    model->weights.offset_bytes = (bytes + ALIGNMENT_BYTES - 1) / ALIGNMENT_BYTES * ALIGNMENT_BYTES;
+    model->weights.offset_bytes = vw_round_up(bytes, VW_PARAMS_ALIGNMENT_BYTES);
     uint64_t numbers = 11 + 3 * (splats->degree + 1) * (splats->degree + 1); // mean, opacity, scales, turn; colours
     model->param_count = numbers * splats->count;
 }
@@ -67,7 +65,7 @@ static enum vw_status fit(const struct vw_config *config, const struct vw_device
     model->renderer_flags = 1;
     if (model->weights.offset_bytes <= limits->storage_binding_bytes) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--splats: %u splats exceed this device's binding range; take fewer",
-                   model->splats.count);
+                   vw_splat_model_of(model)->count);
 }
 
 static enum vw_status initialise(const struct vw_model *model, const struct vw_scene *scene,
@@ -76,19 +74,51 @@ static enum vw_status initialise(const struct vw_model *model, const struct vw_s
 }
 
 const struct vw_renderer_kind renderer_splats = {
+    .bit = VW_RENDERER_SPLATS,
+    .depth_along_axis = true,
     .specialise = specialise,
     .lay_out = lay_out,
     .fit = fit,
     .initialise = initialise,
-    .draw_pixels = vw_splats_draw_pixels,
-    .create_step_buffers = vw_splats_create_step_buffers,
-    .create_step_passes = vw_splats_create_step_passes,
-    .destroy_step = vw_splats_destroy_step,
-    .training_state = vw_splats_training_state,
-    .record_gradients = vw_splats_record_gradients,
-    .record_update = vw_splats_record_update,
-    .create_evaluation = vw_splats_create_evaluation,
-    .destroy_evaluation = vw_splats_destroy_evaluation,
-    .take_pixels = vw_splats_take_pixels,
-    .record_evaluation = vw_splats_record_evaluation,
+    .step = &vw_splats_renderer_step,
+    .evaluation = &vw_splats_renderer_evaluation,
 };
+
+// ---- Params of passes -----------------------------------------------------------------------------------------------
+
+// Params of the passes of splats that a step and an evaluator share.
+
+struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field *field,
+                                                  const struct vw_specialization *run,
+                                                  struct vw_splat_specialization *specialization) {
+    const struct vw_splat_model *splats = vw_splat_model_of(field->model);
+    *specialization = vw_splat_specialise(run, vw_gpu_get_info(field->gpu)->kind == VW_GPU_CPU);
+    specialization->ssim_weight = (float)field->model->config->ssim_weight;
+    return (struct vw_splat_pass_params){.gpu = field->gpu,
+                                         .specialization = specialization,
+                                         .room = {.splats = splats->count, .degree = splats->degree}};
+}
+
+uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room) {
+    enum { PAIRS_PER_TILE = 2048, PAIRS_PER_SIGHTING = 4, PAIRS_MOST = 1 << 22 };
+    uint64_t sightings = (uint64_t)room->splats * room->views;
+    uint64_t pairs = (uint64_t)room->tiles * PAIRS_PER_TILE, every = (uint64_t)room->tiles * room->splats;
+    if (pairs < sightings * PAIRS_PER_SIGHTING) pairs = sightings * PAIRS_PER_SIGHTING;
+    if (pairs > every) pairs = every;
+    uint64_t fit = vw_gpu_get_limits(field->gpu)->storage_binding_bytes / (sizeof(vw_float4) * VW_SPLAT_PAIR4);
+    if (pairs > fit) pairs = fit;
+    return (uint32_t)(pairs < PAIRS_MOST ? pairs : PAIRS_MOST);
+}
+
+struct vw_binding vw_splats_binding(const struct vw_radiance_field *field) {
+    const struct vw_splat_model *splats = vw_splat_model_of(field->model);
+    const struct vw_splat_room room = {.splats = splats->count, .degree = splats->degree};
+    return (struct vw_binding){
+        .slot = VW_SLOT_SPLATS, .buffer = field->params, .size_bytes = vw_splat_param_bytes(&room)};
+}
+
+struct vw_push_splats vw_splats_push(const struct vw_model *model) {
+    const struct vw_splat_model *splats = vw_splat_model_of(model);
+    return (struct vw_push_splats){
+        .count = splats->count, .stride = splats->count, .degree = splats->degree, .view_count = 1};
+}

@@ -1,6 +1,5 @@
 // Initial values of splats: those of a file, or at the points of structure from motion that train views see, so that
-// validation and test photos add nothing; without points, drawn in the box. Sizes follow the gaps between points
-// (gaps.c).
+// validation and test photos add nothing; without points, drawn in the box. Sizes follow the gaps between points.
 #include <math.h>
 #include <stdlib.h>
 
@@ -8,7 +7,83 @@
 #include "base/random.h"
 #include "train/model.h"
 #include "train/renderers/splats/splat_file.h"
-#include "train/renderers/splats/splats_renderer.h"
+#include "train/renderers/splats/splats.h"
+
+// ---- Gaps between points --------------------------------------------------------------------------------------------
+
+// Distances to the three nearest others, by a k-d tree that lies in an array (the root of a range is its middle, by an
+// axis that changes from level to level).
+enum { NEAREST = 3 };
+static const float ALONE = 0.05f; // gap of a point without others, in box edges
+
+struct node {
+    float at[3];
+    uint32_t point;
+};
+
+// Nodes by one axis; equal ones by their points, so that the tree does not depend on how qsort() works.
+static int by_axis(const struct node *a, const struct node *b, int axis) {
+    if (a->at[axis] != b->at[axis]) return a->at[axis] < b->at[axis] ? -1 : 1;
+    return (a->point > b->point) - (a->point < b->point);
+}
+static int by_x(const void *a, const void *b) { return by_axis(a, b, 0); }
+static int by_y(const void *a, const void *b) { return by_axis(a, b, 1); }
+static int by_z(const void *a, const void *b) { return by_axis(a, b, 2); }
+
+static void build(struct node *nodes, uint32_t count, int axis) {
+    static int (*const orders[3])(const void *, const void *) = {by_x, by_y, by_z};
+    if (count < 2) return;
+    qsort(nodes, count, sizeof *nodes, orders[axis]);
+    build(nodes, count / 2, (axis + 1) % 3);
+    build(nodes + count / 2 + 1, count - count / 2 - 1, (axis + 1) % 3);
+}
+
+struct search {
+    const float *at;
+    uint32_t point, found;
+    float nearest2[NEAREST]; // squared distances, ascending
+};
+
+static void offer(struct search *search, float distance2) {
+    uint32_t i = search->found < NEAREST ? search->found++ : NEAREST;
+    if (i == NEAREST && distance2 >= search->nearest2[NEAREST - 1]) return;
+    if (i == NEAREST) i--;
+    for (; i > 0 && search->nearest2[i - 1] > distance2; i--) search->nearest2[i] = search->nearest2[i - 1];
+    search->nearest2[i] = distance2;
+}
+
+static void visit(struct search *search, const struct node *nodes, uint32_t count, int axis) {
+    if (!count) return;
+    const struct node *root = nodes + count / 2;
+    float beside = search->at[axis] - root->at[axis], distance2 = 0.0f;
+    for (int i = 0; i < 3; i++) distance2 += (search->at[i] - root->at[i]) * (search->at[i] - root->at[i]);
+    if (root->point != search->point) offer(search, distance2);
+    const struct node *sides[2] = {nodes, root + 1};
+    uint32_t counts[2] = {count / 2, count - count / 2 - 1};
+    bool second = beside > 0.0f; // the point is on the second side
+    visit(search, sides[second], counts[second], (axis + 1) % 3);
+    if (search->found < NEAREST || beside * beside < search->nearest2[NEAREST - 1])
+        visit(search, sides[!second], counts[!second], (axis + 1) % 3);
+}
+
+enum vw_status vw_splats_measure_gaps(const float (*points)[3], uint32_t count, float least, float *gaps) {
+    struct node *nodes = vw_allocate(count, sizeof *nodes);
+    if (!nodes) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++)
+        nodes[i] = (struct node){.at = {points[i][0], points[i][1], points[i][2]}, .point = i};
+    build(nodes, count, 0);
+    for (uint32_t i = 0; i < count; i++) {
+        struct search search = {.at = points[i], .point = i};
+        float sum = 0.0f;
+        visit(&search, nodes, count, 0);
+        for (uint32_t k = 0; k < search.found; k++) sum += search.nearest2[k];
+        gaps[i] = search.found ? fmaxf(sqrtf(sum / (float)search.found), least) : ALONE;
+    }
+    free(nodes);
+    return VW_OK;
+}
+
+// ---- Initial values -------------------------------------------------------------------------------------------------
 
 static const float OPACITY = 0.1f, CONSTANT_HARMONIC = 0.28209479f; // the latter of harmonics.glsl
 static const float GAP_LEAST = 3e-4f;                               // box edges; coincident points have none
@@ -33,7 +108,7 @@ static int by_number(const void *a, const void *b) {
 
 // Lists the points that are seen; of more than there are splats, draws as many (Fisher-Yates), in their order.
 static void choose_points(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, uint32_t *list) {
-    uint32_t listed = 0, count = model->splats.count;
+    uint32_t listed = 0, count = vw_splat_model_of(model)->count;
     for (uint32_t i = 0; i < scene->point_count; i++)
         if (is_seen(model, scene, &scene->points[i])) list[listed++] = i;
     if (listed <= count) return;
@@ -61,7 +136,7 @@ static void place(const struct vw_model *model, const struct vw_scene *scene, ui
         vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 0, words);
         for (uint32_t axis = 0; axis < 3; axis++) {
             start->means[i][axis] = vw_random_unit(words[axis]);
-            if (model->splats.source_count)
+            if (vw_splat_model_of(model)->source_count)
                 start->means[i][axis] =
                     (float)((scene->points[start->list[i]].position_world[axis] - model->box.centre_world[axis]) /
                                 edge +
@@ -105,10 +180,10 @@ static enum vw_status measure_gaps(struct start *start, uint32_t count) {
 
 static void write_splat(const struct vw_model *model, const struct vw_scene *scene, const struct start *start,
                         uint32_t splat, float *params) {
-    size_t column = 4 * (size_t)model->splats.count;
+    size_t column = 4 * (size_t)vw_splat_model_of(model)->count;
     float *own = params + 4 * (size_t)splat;
     for (uint32_t i = 0; i < 3; i++) {
-        uint32_t sources = model->splats.source_count;
+        uint32_t sources = vw_splat_model_of(model)->source_count;
         float colour = sources ? scene->points[start->list[splat % sources]].rgb[i] : 0.5f;
         own[SPLAT_MEAN * column + i] = start->means[splat][i];
         own[SPLAT_SCALE * column + i] = logf(start->gaps[splat]);
@@ -119,22 +194,23 @@ static void write_splat(const struct vw_model *model, const struct vw_scene *sce
 }
 
 static enum vw_status start_from_file(const struct vw_model *model, float *params) {
-    const struct vw_splat_model *splats = &model->splats;
+    const struct vw_splat_model *splats = vw_splat_model_of(model);
     struct vw_splat_file file = {0};
-    enum vw_status status = vw_splats_read_initial(splats->initial, splats->initial_sha256, &file);
+    enum vw_status status = vw_splats_read_initial(model->config->initial, model->config->initial_sha256, &file);
     if (!status && (file.count != splats->count || file.degree > splats->degree))
-        status = vw_fail(VW_ERROR_INPUT, "%s: does not have the splats that the configuration names", splats->initial);
-    if (!status) status = vw_splat_file_place(&file, splats->initial, splats->degree, &model->box, params);
+        status = vw_fail(VW_ERROR_INPUT, "%s: does not have the splats that the configuration names",
+                         model->config->initial);
+    if (!status) status = vw_splat_file_place(&file, model->config->initial, splats->degree, &model->box, params);
     vw_splat_file_free(&file);
     return status;
 }
 
 enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                float *params) {
-    if (model->splats.initial) return start_from_file(model, params);
-    uint32_t count = model->splats.count, sources = model->splats.source_count,
+    if (model->config->initial[0]) return start_from_file(model, params);
+    uint32_t count = vw_splat_model_of(model)->count, sources = vw_splat_model_of(model)->source_count,
              first = sources && sources < count ? sources : count;
-    struct start start = {.list = vw_allocate(model->splats.source_count, sizeof *start.list),
+    struct start start = {.list = vw_allocate(vw_splat_model_of(model)->source_count, sizeof *start.list),
                           .means = vw_allocate(count, sizeof *start.means),
                           .gaps = vw_allocate(count, sizeof *start.gaps)};
     enum vw_status status = start.list && start.means && start.gaps ? VW_OK : VW_ERROR_MEMORY;

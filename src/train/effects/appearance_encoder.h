@@ -1,14 +1,16 @@
 // The encoder of the effect appearance_encoder, for those that use it beside a step's own passes: it makes a code of 48
 // numbers from a photo's thumbnail. Slots of its buffers: VW_SLOT_THUMBNAILS, VW_SLOT_ENCODER_ROWS, VW_SLOT_CODE_SHIFT
 // of a field, and VW_SLOT_D_ENCODER_ROWS of a step.
-#ifndef VIEWWORTH_TRAIN_EFFECTS_ENCODE_PHOTO_H
-#define VIEWWORTH_TRAIN_EFFECTS_ENCODE_PHOTO_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_ENCODER_H
+#define VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_ENCODER_H
 
+#include "gpu/compute.h"
 #include "interface.h"
 #include "train/effects/kind.h"
 #include "train/model.h"
 #include "train/passes.h"
 #include "train/pixels.h"
+#include "train/renderers/volume/volume.h"
 
 struct vw_radiance_field;
 
@@ -41,5 +43,30 @@ void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submissi
 // Records its gradient, after the field's backward pass. `codes`: what spread_photo_codes takes, NULL without it.
 void vw_encoder_record_back(struct vw_pass *const *passes, const struct vw_push_codes *codes,
                             struct vw_submission *submission);
+
+// ---- The consistency loss -------------------------------------------------------------------------------------------
+
+// The view-consistency loss of HA-NeRF (Chen et al., CVPR 2022, section 3.2; its code: train_mask_grid_sample.py,
+// losses.py) beside the effect appearance_encoder: what is rendered with a photo's code must have that code again,
+// from wherever it is seen.
+//   code of an earlier step's photo -> the step's picture rendered with it -> thumbnail -> code of the picture
+//   loss: weight * mean |code of the picture - code given|, added to the step's mean loss
+// The picture is made of the step's first rays, which lie on a grid over its photo (vw_pixels_draw). The given code is
+// held fixed, where it renders and where the two are compared. All gradients of this loss have buffers of their own,
+// and are added to those of the step at its end; those of the hash grid are sums of integers.
+struct vw_consistency_effect {
+    struct vw_gpu_objects objects;         // owned: all buffers and passes
+    uint32_t side, ray_count, padded_rays; // the picture's, and its rays
+    struct vw_push_codes codes;
+    struct vw_buffer *rays, *ray_loss, *colours, *d_sky, *d_weights;
+    struct vw_buffer *thumbnail, *encoder_rows, *d_encoder_rows, *code_shift; // the picture's, in the encoder's slots
+    struct vw_effect_passes give, see; // the encoder on the given photo, forward alone; on the picture
+    struct vw_gradient_passes gradient;
+    struct vw_pass *composite, *shrink, *spread_colours, *add;
+};
+
+// Returns the view whose code step `number` renders its picture with: the photo of a step up to this one, drawn at
+// random.
+uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number);
 
 #endif

@@ -5,12 +5,13 @@
 // shrink everything else.
 //
 // A box that is smaller says where detail is wanted, be it declared, or found in cameras that look inwards: it stays.
-#include "train/effects/contraction.h"
+#include "train/effects/field_box.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "train/pixels.h"
 
 static const double CAMERA_SHARE = 0.95, POINT_SHARE = 0.5; // within the ball
@@ -132,4 +133,33 @@ void vw_contraction_set_depths(const struct vw_view *view, const struct vw_box *
     double far = fmax(PIXELS_FAR_MARGIN * view->far_world / edge_world, sqrt(distance2) + FAR_EDGES);
     camera->more.y = (float)near;
     camera->more.z = (float)fmax(near, far);
+}
+
+// ---- The effect wide_box --------------------------------------------------------------------------------------------
+
+static const double SHARE = 0.99, LEAST = 1.0, MOST = 4.0, WITHOUT_POINTS = 2.0;
+
+// Returns the distance from the box's centre, in its half extents; by the largest coordinate, since the box is a cube.
+static double distance_of(const struct vw_point *point, const struct vw_box *box) {
+    double most = 0.0;
+    for (int i = 0; i < 3; i++) most = fmax(most, fabs(point->position_world[i] - box->centre_world[i]));
+    return most / box->half_extent_world;
+}
+
+enum vw_status vw_wide_box(const struct vw_scene *scene, struct vw_box *box) {
+    double widening = WITHOUT_POINTS;
+    if (scene->point_count >= POINTS_MIN && scene->track_count) {
+        double *distances = vw_allocate(scene->track_count, sizeof *distances);
+        uint32_t count = 0;
+        if (!distances) return VW_ERROR_MEMORY;
+        for (uint32_t p = 0; p < scene->point_count; p++)
+            for (uint32_t t = 0; t < scene->points[p].track_count; t++)
+                distances[count++] = distance_of(&scene->points[p], &scene->box);
+        vw_sort(distances, count);
+        if (count) widening = MARGIN * vw_quantile_of_sorted(distances, count, SHARE);
+        free(distances);
+    }
+    *box = scene->box;
+    box->half_extent_world *= fmin(fmax(widening, LEAST), MOST);
+    return VW_OK;
 }
