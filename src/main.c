@@ -53,8 +53,7 @@ static const struct vw_program_command commands[] = {
      "worth_psnr in dB: what a training on all photos loses without the photo; below 0 the photo harms. Where the "
      "results say little, worth follows the other scores. Names of providers change none of it.\n"
      "--payout divides an amount among the photos by their worth where that is positive. It prints a 90 % interval "
-     "for each provider and who is not told apart, and pays nobody if no two photos are, unless --pay-anyway is given: "
-     "it says about how many retrainings would be enough.\n"
+     "for each provider, and pays nobody if the retrainings tell no two photos apart.\n"
      "Prints how well left-out retrainings are predicted beyond what the number of photos tells: that is how far these "
      "scores can be trusted on this scene. Adds the retrainings to ledger.db and retrainings.db, and writes "
      "scores.csv, the tables and the report again. Run the same command again to resume it. " NEEDS_SCENE_FOLDER,

@@ -2,7 +2,7 @@
 // - run, image, step, view, score: their columns stay, and new ones are appended;
 // - retraining(run_id, retraining, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
 //   numbered from 0; image_ids is a list with single spaces between.
-// - payout_request(run_id, cents, floor_equal, anyway): what the payout in OUT was asked for; none without one.
+// - payout_request(run_id, cents): what the payout in OUT was asked for; none without one.
 //
 // The tables of lasting credit (value.h), empty in a run without it:
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the pass;
@@ -116,7 +116,7 @@ struct vw_lasting_pass {
 
 // A training on some of the run's photos after the run, at as many steps as the run, from which worth is computed.
 struct vw_ledger_retraining {
-    uint64_t seed;        // seed of order, pixels, jitter and initialisation
+    uint64_t seed; // seed of order, pixels, jitter and initialisation
     uint32_t epochs;
     const uint32_t *image_ids; // trained on, ascending
     uint32_t image_count;
@@ -126,7 +126,6 @@ struct vw_ledger_retraining {
 // A payout that is asked for.
 struct vw_payout_request {
     uint64_t cents; // 0: none
-    bool floor_equal, anyway;
 };
 
 // Creates the file `path`. VW_ERROR_USAGE if it exists.

@@ -41,12 +41,6 @@ struct vw_lasting_options {
     bool matrix;   // also credit each validation photo's own PSNR; each costs up to half a backward pass more
 };
 
-struct vw_payout_options {
-    const char *amount; // to divide among the providers, "99.50"; NULL: none
-    bool floor_equal;   // where no photo is worth anything, all are paid the same; otherwise no one is paid
-    bool anyway;        // pay although retrainings are missing, or tell no two photos apart
-};
-
 struct vw_run_params {
     struct vw_scene_params scene;   // path is needed; gpu is ignored, since the run opens the device
     const struct vw_config *config; // NULL: vw_config_default
@@ -58,7 +52,7 @@ struct vw_run_params {
     const char *accuracy;           // the level: "draft", "quick", "standard" or "reference"; NULL: config as it is
     double budget_s;                // choose the level and epochs so that all ends within this time; 0: no budget
     uint64_t explicit_fields;       // that accuracy and budget_s leave as they are: bits of vw_config_explicit()
-    struct vw_payout_options payout;
+    const char *payout;             // amount to divide among the photos, "99.50"; NULL: none
     struct vw_lasting_options lasting;
     struct vw_report_options report;
     bool profile;              // time every pass

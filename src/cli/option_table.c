@@ -11,12 +11,10 @@ static const char *field_choice(uint32_t choice) { return vw_field_name((enum vw
 static const char *coarse_network_choice(uint32_t choice) {
     return vw_coarse_network_name((enum vw_coarse_network)choice);
 }
-static const char *floor_choice(uint32_t choice) { return choice == VW_PAYOUT_FLOOR_EQUAL ? "equal" : "none"; }
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
-                   sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t) &&
-                   sizeof(enum vw_payout_floor) == sizeof(uint32_t),
+                   sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
 #define OPTION(type, field) VW_OPTION_FIELD(struct vw_options, type, field)
@@ -137,13 +135,6 @@ const struct vw_option vw_option_table[] = {
      "Amount of money to divide among the photos in proportion to their worth where that is positive; a provider gets "
      "the sum over its photos. Needs retrainings that tell at least two photos apart",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, payout), COMMON},
-    {"payout-floor", NULL,
-     "Who is paid where no photo has a positive worth: nobody (none), or all photos of providers the same (equal)",
-     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN,
-     CHOICE(payout_floor, floor_choice, VW_PAYOUT_FLOOR_EQUAL), NEEDS("payout")},
-    {"pay-anyway", NULL,
-     "Pay although the retrainings tell no two photos apart; without retrainings by dv_psnr where that is positive",
-     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(FLAG, pay_anyway), NEEDS("payout")},
     {"retrainings", "M|all",
      "Number of retrainings on random subsets of the photos, including those that OUT already contains, from whose "
      "results each photo's worth is scored; 0: none, or for worth show what they say so far. verify makes the first M "

@@ -27,9 +27,6 @@ const char *vw_option_preset_name(uint32_t preset); // "none", "hash", "nerf", .
 // Returns the options that a preset sets: "NAME=VALUE NAME=VALUE ...".
 const char *vw_option_preset_options(enum vw_option_preset preset);
 
-// --payout-floor: who is paid where no photo has a positive worth.
-enum vw_payout_floor { VW_PAYOUT_FLOOR_NONE, VW_PAYOUT_FLOOR_EQUAL };
-
 // An option that may be repeated, in the order given.
 enum { VW_TEXTS_MOST = 32 };
 struct vw_texts {
@@ -60,10 +57,8 @@ struct vw_options {
     struct vw_lasting_options lasting;
     struct vw_report_options report;
     const char *payout;
-    enum vw_payout_floor payout_floor;
-    bool pay_anyway;
-    double until_stable;  // 0: take all epochs
-    uint32_t retrainings; // in all
+    double until_stable;     // 0: take all epochs
+    uint32_t retrainings;    // in all
     double until_confidence; // 0: make all of them
     const char *accuracy, *budget;
     enum vw_option_preset preset;

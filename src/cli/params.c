@@ -68,12 +68,6 @@ enum vw_status vw_params_take_accuracy(const struct vw_options *options, struct 
     return vw_config_check(config);
 }
 
-struct vw_payout_options vw_params_of_payout(const struct vw_options *options) {
-    return (struct vw_payout_options){.amount = options->payout,
-                                      .floor_equal = options->payout_floor == VW_PAYOUT_FLOOR_EQUAL,
-                                      .anyway = options->pay_anyway};
-}
-
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params) {
     *params = (struct vw_run_params){
         .scene = vw_params_of_scene(options),
@@ -84,7 +78,7 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .until_stable = options->until_stable,
         .accuracy = options->accuracy,
         .explicit_fields = list_explicit_fields(options),
-        .payout = vw_params_of_payout(options),
+        .payout = options->payout,
         .lasting = options->lasting,
         .report = options->report,
         .profile = options->profile,

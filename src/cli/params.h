@@ -15,7 +15,6 @@
 struct vw_scene_params vw_params_of_scene(const struct vw_options *options);
 // Parses --memory and obeys it from now on; VW_ERROR_USAGE says what it takes.
 enum vw_status vw_params_set_memory(const struct vw_options *options);
-struct vw_payout_options vw_params_of_payout(const struct vw_options *options);
 // Parses --budget; VW_ERROR_USAGE says what it takes. Without progress.
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params);
 

@@ -29,7 +29,7 @@ struct work {
     struct vw_ledger *ledger;  // the run's, opened to append; NULL while nothing is to be written
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
-    struct vw_payout_request payout;
+    uint64_t payout_cents; // to be divided; 0: none
     struct vw_worth_subsets drawn;
     struct vw_checksums made; // result files
 };
@@ -67,7 +67,7 @@ static enum vw_status write_scores(struct work *work) {
     const struct vw_scoring *scoring = &result->scoring;
     const char *out = result->recorded.out;
     struct vw_csv_text table = {0};
-    enum vw_status status = vw_run_remove_derived(out, work->payout.cents > 0);
+    enum vw_status status = vw_run_remove_derived(out, work->payout_cents > 0);
     if (!status && !result->scores_path) {
         result->scores_path = vw_path_join(out, "scores.csv");
         if (!result->scores_path) return VW_ERROR_MEMORY;
@@ -159,7 +159,7 @@ static enum vw_status write_outputs(struct work *work) {
         .config = &recorded->config,
         .effects = recorded->effects,
         .effect_count = recorded->effect_count,
-        .payout = &work->payout,
+        .payout_cents = work->payout_cents,
         .report = {.device = work->params->devices.first, .options = work->params->report}};
     enum vw_status status = check_written(work);
     if (!status) status = write_scores(work);
@@ -183,7 +183,7 @@ static enum vw_status check_run(struct work *work) {
     if (!work->result->scoring.score_count)
         return vw_fail(VW_ERROR_USAGE, "%s: the run has no scores; value the scene by viewworth value",
                        recorded->ledger_path);
-    return vw_attribution_read_payout(&work->params->payout, &recorded->config, &work->payout);
+    return vw_attribution_read_payout(work->params->payout, &recorded->config, &work->payout_cents);
 }
 
 static enum vw_status open_run(struct work *work) {
@@ -244,7 +244,7 @@ static enum vw_status make(struct work *work) {
     if (!status) status = open_run(work);
     if (status) return status;
     bool trains = count_missing(work) > 0;
-    bool pays = work->payout.cents > 0;
+    bool pays = work->payout_cents > 0;
     bool writes = trains || pays || lacks_outputs(work);
     status = writes ? open_session(work) : vw_recorded_warn_unverified(&result->recorded, false);
     if (!status && pays) status = vw_attribution_check_scene(result->recorded.scene);
@@ -259,10 +259,10 @@ static enum vw_status make(struct work *work) {
 }
 
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
-    struct vw_payout_request request;
+    uint64_t cents;
     if (params->until_confidence < 0 || !(params->until_confidence < 1))
         return vw_fail(VW_ERROR_USAGE, "--until-confidence: must lie from 0 to below 1");
-    return vw_attribution_read_payout(&params->payout, NULL, &request);
+    return vw_attribution_read_payout(params->payout, NULL, &cents);
 }
 
 static void close_work(struct work *work) {

@@ -19,7 +19,7 @@ struct vw_worth_run_params {
     double until_confidence;         // stop where the lower end of the accuracy's interval reaches it; 0: never
     uint32_t together;               // retrainings that take their steps together on each device; 0: by it
     struct vw_report_options report;
-    struct vw_payout_options payout;
+    const char *payout; // amount to divide among the photos; NULL: none
     struct vw_interrupt interrupt;
 };
 

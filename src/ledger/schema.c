@@ -52,9 +52,7 @@ static const char schema_sql[] =
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, psnr REAL NOT NULL,"
     " PRIMARY KEY (run_id, step, image_id), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
     "CREATE TABLE payout_request ("
-    " run_id TEXT PRIMARY KEY NOT NULL REFERENCES run (run_id), cents INTEGER NOT NULL,"
-    " floor_equal INTEGER NOT NULL CHECK (floor_equal IN (0, 1)),"
-    " anyway INTEGER NOT NULL CHECK (anyway IN (0, 1))) WITHOUT ROWID;"
+    " run_id TEXT PRIMARY KEY NOT NULL REFERENCES run (run_id), cents INTEGER NOT NULL) WITHOUT ROWID;"
     "PRAGMA user_version = 3;";
 
 _Static_assert(VW_SCHEMA_VERSION == 3, "raise user_version above too");
@@ -157,8 +155,6 @@ const struct vw_table vw_retraining_table = {VW_TABLE("retraining", struct vw_re
 static const struct vw_column payout_request_columns[] = {
     RUN_ID,
     VW_COLUMN(struct vw_payout_request, COUNT64, cents),
-    VW_COLUMN(struct vw_payout_request, FLAG, floor_equal),
-    VW_COLUMN(struct vw_payout_request, FLAG, anyway),
 };
 const struct vw_table vw_payout_request_table = {
     VW_TABLE("payout_request", struct vw_payout_request, payout_request_columns), .order = "run_id",

@@ -197,7 +197,7 @@ static const struct {
     const char *name, *const *columns;
 } known[] = {
     {"providers.csv", COLUMNS("provider", "method", "photos", "value", "stderr")},
-    {"payout.csv", COLUMNS("provider", "method", "amount", "ci_low", "ci_high", "overlaps")},
+    {"payout.csv", COLUMNS("provider", "amount", "ci_low", "ci_high")},
     {"duplicates.csv", COLUMNS("group", "name", "provider", "split", "similarity", "value", "group_value")},
     {"tradeoff.csv", COLUMNS("configuration", "parameter", "value", "base", "train_ms", "value_ms", "scoring_ratio",
                              "run_seconds", "val_psnr", "psnr_pareto_front", "method", "score_pareto_front",

@@ -53,8 +53,7 @@ function fillProviders() {
   const paid = payouts ? recordsOf(payouts) : [], decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows);
   const shown = 'Sums of their photos’ scores by ' + chosen.method + '; bars are the sum ± 1.96 standard errors.';
   byId('providers-note').textContent = (rows.length ? shown : chosen.method + ' does not add up over photos: choose another method.') +
-    (paid.length ? ' Each photo is paid by its ' + paid[0].method + ' where that is positive, a provider the sum over its photos' +
-      ' [90 % interval]. Alike: from so many providers it is not told apart.' : '');
+    (paid.length ? ' Each photo is paid by its worth where that is positive, a provider the sum over its photos [90 % interval].' : '');
   const sum = row => signed(row.value, decimals), payout = row => paid.find(one => one.provider === row.provider);
   const columns = [
     {title: 'Provider', key: row => row.provider, cell: row => row.provider || 'without provider', class: 'long'},
@@ -68,9 +67,7 @@ function fillProviders() {
   if (paid.length)
     columns.push({title: 'Payout', number: true, class: 'long',
       cell: row => payout(row) ? payout(row).amount +
-        (payout(row).ci_low ? ' [' + payout(row).ci_low + ', ' + payout(row).ci_high + ']' : '') : '–'},
-    {title: 'Alike', number: true, hint: 'other providers that it is not told apart from: their intervals overlap',
-      cell: row => payout(row) ? payout(row).overlaps : '–'});
+        (payout(row).ci_low ? ' [' + payout(row).ci_low + ', ' + payout(row).ci_high + ']' : '') : '–'});
   if (providersTable) printable.splice(printable.indexOf(providersTable), 1);
   providersTable = new SortedTable(byId('providers-table'), columns, {sort: null});
   providersTable.setRows(rows);

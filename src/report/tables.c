@@ -156,25 +156,20 @@ struct vw_rows vw_claim_rows(const struct vw_worth_summary *summary) {
 // ---- Payouts -------------------------------------------------------------------------------------------------------
 
 #define OF_SHARE(row)                                                                                                  \
-    {VW_CELL("share", row, REAL_OR_NULL, share)}, {VW_CELL("amount", row, CENTS, cents)},                              \
+    {VW_CELL("share", row, REAL_OR_NULL, share)}, {VW_CELL("amount", row, CENTS, cents), .title = "payout"},           \
         {VW_CELL("cents", row, COUNT64, cents), .left_out = VW_NOT_IN_CSV},                                            \
-        {VW_CELL("ci_low", row, CENTS_OR_NULL, interval.low_cents), .left_out = VW_NOT_IN_JSON},                       \
-        {VW_CELL("ci_high", row, CENTS_OR_NULL, interval.high_cents), .left_out = VW_NOT_IN_JSON},                     \
+        {VW_CELL("ci_low", row, CENTS_OR_NULL, interval.low_cents), .left_out = VW_NOT_IN_JSON, .title = "90 % from"}, \
+        {VW_CELL("ci_high", row, CENTS_OR_NULL, interval.high_cents), .left_out = VW_NOT_IN_JSON, .title = "to"},      \
         {VW_CELL("ci_low_cents", row, REAL_OR_NULL, interval.low_cents), .left_out = VW_NOT_IN_CSV}, {                 \
         VW_CELL("ci_high_cents", row, REAL_OR_NULL, interval.high_cents), .left_out = VW_NOT_IN_CSV                    \
     }
 
 static const struct vw_column payout_columns[] = {
-    {VW_CELL("provider", struct vw_payout, TEXT, provider)},
-    {VW_CELL("method", struct vw_payout, TEXT, method), .left_out = VW_NOT_IN_JSON},
-    {VW_CELL("value", struct vw_payout, REAL_OR_NULL, value), .left_out = VW_NOT_IN_JSON},
-    {VW_CELL("unit", struct vw_payout, TEXT, unit), .left_out = VW_NOT_IN_JSON},
-    {VW_CELL("photos", struct vw_payout, COUNT, photo_count)},
+    {VW_CELL("provider", struct vw_payout, TEXT, provider), .title = "provider"},
+    {VW_CELL("value", struct vw_payout, REAL, value), .title = "worth, dB", .digits = 2},
+    {VW_CELL("photos", struct vw_payout, COUNT, photo_count), .title = "photos"},
     OF_SHARE(struct vw_payout),
-    {VW_CELL("overlaps", struct vw_payout, COUNT, alike_count)},
-    {VW_CELL("validating", struct vw_payout, COUNT, validating_count)},
-    {VW_CELL("tests", struct vw_payout, COUNT, test_count)},
-    {VW_CELL("unscored", struct vw_payout, COUNT, unscored_count)},
+    {VW_CELL("unvalued", struct vw_payout, COUNT, unvalued_count), .title = "unvalued"},
 };
 
 struct vw_rows vw_payout_rows(const struct vw_payouts *payouts) {
@@ -186,9 +181,7 @@ struct vw_rows vw_payout_rows(const struct vw_payouts *payouts) {
 static const struct vw_column photo_payout_columns[] = {
     OF_PAID("name", image, TEXT, struct vw_ledger_image, name),
     OF_PAID("provider", image, TEXT, struct vw_ledger_image, provider),
-    OF_PAID("method", score, TEXT, struct vw_ledger_score, method),
-    OF_PAID("value", score, REAL_OR_NULL, struct vw_ledger_score, value),
-    OF_PAID("unit", score, TEXT, struct vw_ledger_score, unit),
+    OF_PAID("value", score, REAL, struct vw_ledger_score, value),
     OF_SHARE(struct vw_photo_payout),
 };
 

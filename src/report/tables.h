@@ -36,11 +36,10 @@ struct vw_rows vw_provider_rows(const struct vw_provider_score *groups, uint32_t
 struct vw_rows vw_duplicate_rows(const struct vw_duplicate_score *duplicates, uint32_t count);
 // Returns how well left-out retrainings are predicted: spearman,ci_low,ci_high,r2,retrainings,method.
 struct vw_rows vw_claim_rows(const struct vw_worth_summary *summary);
-// Returns the rows of payout.csv: provider,method,value,unit,photos,share,amount,ci_low,ci_high,overlaps,validating,
-// tests,unscored; a row per provider, best paid first. value: sum of the photos' positive scores. The amounts, with two
-// decimals, add up to the whole, the interval of 90 % also has two. overlaps: providers that are not told apart. The
-// last three count photos that have no score. And those of payout_photos.csv: name,provider,method,value,unit,share,
-// amount,ci_low,ci_high; a row per photo with a score; the amounts of a provider's photos add up to its own.
+// Returns the rows of payout.csv: provider,value,photos,share,amount,ci_low,ci_high,unvalued; a row per provider, best
+// paid first. value: sum of the photos' positive worths; unvalued: photos that have none. And those of
+// payout_photos.csv: name,provider,value,share,amount,ci_low,ci_high; a row per photo that has a worth. Amounts have
+// two decimals; those of a provider's photos add up to its own, and all to the whole.
 struct vw_rows vw_payout_rows(const struct vw_payouts *payouts);
 struct vw_rows vw_photo_payout_rows(const struct vw_payouts *payouts);
 // Writes matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name;

@@ -74,7 +74,7 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
     while (!status && known + added < count && !vw_step_statistics_should_abort(&run->results.statistics))
         status = vw_run_count_step(run, &records[known + added++]);
     if (!status && added && !run->cleared) { // the files there show fewer steps than the ledger has
-        status = vw_run_remove_outdated(run->out, run->payout.cents > 0);
+        status = vw_run_remove_outdated(run->out, run->payout_cents > 0);
         run->cleared = !status;
     }
     if (!status && added) status = vw_ledger_writer_add(run->writer, records + known, added, &run->results.statistics);

@@ -44,7 +44,7 @@ enum vw_status vw_run_load_field(struct vw_run *run) {
 enum vw_status vw_run_write_scores(struct vw_run *run) {
     const struct vw_scoring *scoring = &run->results.scoring;
     struct vw_csv_text table = {0};
-    enum vw_status status = vw_run_remove_derived(run->out, run->payout.cents > 0);
+    enum vw_status status = vw_run_remove_derived(run->out, run->payout_cents > 0);
     if (!status && run->validate) {
         status = vw_report_make_csv(run->results.scores_path, scoring->scores, scoring->score_count,
                                     scoring->input.images, scoring->input.image_count, &table);
@@ -127,7 +127,7 @@ static enum vw_status end(struct vw_run *run) {
     if (run->ended) return VW_OK;
     const struct vw_scoring *scoring = &run->results.scoring;
     enum vw_status status = check_finite(run);
-    if (!status) status = vw_run_remove_outdated(run->out, run->payout.cents > 0);
+    if (!status) status = vw_run_remove_outdated(run->out, run->payout_cents > 0);
     if (!status) status = save_field(run);
     if (!status) status = vw_run_write_scores(run);
     char finished_utc[VW_UTC_BYTES];
@@ -199,7 +199,7 @@ static enum vw_status make_outputs(struct vw_run *run) {
                                                  .config = &run->config,
                                                  .effects = run->effects,
                                                  .effect_count = run->effect_count,
-                                                 .payout = &run->payout,
+                                                 .payout_cents = run->payout_cents,
                                                  .report = {.scene = run->scene, .options = run->report}};
     return vw_run_outputs_make(&params, &run->made, &run->results.outputs);
 }

@@ -36,7 +36,7 @@ static enum vw_status check_params(const struct vw_run_params *params) {
     if (!status && params->accuracy) status = vw_accuracy_find(params->accuracy, &level);
     if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
     if (!status && params->train_only &&
-        (params->until_stable > 0 || params->accuracy || params->budget_s > 0 || params->payout.amount ||
+        (params->until_stable > 0 || params->accuracy || params->budget_s > 0 || params->payout ||
          params->lasting.wanted))
         status =
             vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, accuracy, budget_s, payout and "
@@ -62,7 +62,7 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
         enum vw_status status = vw_splats_begin_from(run->config.initial, &run->config);
         if (status) return status;
     }
-    return vw_attribution_read_payout(&params->payout, &run->config, &run->payout);
+    return vw_attribution_read_payout(params->payout, &run->config, &run->payout_cents);
 }
 
 // Refuses to begin from the file that the run replaces.
@@ -149,7 +149,7 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     run->results.scene = run->scene;
     status = vw_scene_options_note(run->scene, &run->scene_options_json);
     if (status) return status;
-    if (run->payout.cents) status = vw_attribution_check_scene(run->scene);
+    if (run->payout_cents) status = vw_attribution_check_scene(run->scene);
     if (!status) status = decide_effects(run);
     if (status) return status;
     log_effects(run);

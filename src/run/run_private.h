@@ -21,7 +21,7 @@ struct vw_run {
     bool resume, validate;
     struct vw_report_options report;
     struct vw_lasting_options lasting;
-    struct vw_payout_request payout;
+    uint64_t payout_cents; // to be divided; 0: none
     vw_run_progress *progress;
     void *context;
 

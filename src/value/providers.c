@@ -37,7 +37,7 @@ static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t sco
     return VW_OK;
 }
 
-int vw_provider_score_compare(const void *left, const void *right) {
+static int compare_groups(const void *left, const void *right) {
     const struct vw_provider_score *a = left, *b = right;
     if (a->value != b->value) return a->value > b->value ? -1 : 1;
     return strcmp(a->provider, b->provider);
@@ -88,7 +88,7 @@ enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t
             next = end_of_run(members, end, i, true);
             made[count++] = add_up(&members[i], next - i);
         }
-        qsort(&made[first_group], count - first_group, sizeof *made, vw_provider_score_compare);
+        qsort(&made[first_group], count - first_group, sizeof *made, compare_groups);
         for (uint32_t i = first_group; i < count; i++) made[i].rank = i - first_group + 1;
     }
     free(members);

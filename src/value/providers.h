@@ -16,9 +16,6 @@ struct vw_provider_score {
     uint32_t rank; // 1: the most valuable by its method
 };
 
-// Compares two of one method for qsort: the most valuable first, ties by name.
-int vw_provider_score_compare(const void *left, const void *right);
-
 // Sums scores into one row per method and provider: methods in the order of the scores, the most valuable provider
 // first, ties by name. Methods whose scores do not add up over photos, such as quality, are left out
 // (vw_value_method.additive).

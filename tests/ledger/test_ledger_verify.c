@@ -24,7 +24,7 @@ static struct original record_original(const char *folder, const char *status) {
     unlink(path);
     struct vw_ledger *ledger = test_ledger_create(path);
     test_ledger_append(ledger, &trainer, STEP_COUNT);
-    const struct vw_payout_request request = {.cents = 100, .anyway = true};
+    const struct vw_payout_request request = {.cents = 100};
     if (strcmp(status, "running") != 0) test_ledger_finish(ledger, status);
     if (strcmp(status, "finished") == 0) ASSERT_OK(vw_ledger_set_payout_request(ledger, &request));
     vw_ledger_close(&ledger);

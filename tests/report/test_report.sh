@@ -24,7 +24,7 @@ refuses() { fails 2 "$1" "${by:-$program}" report --quiet "${@:2}"; } # refuses 
 
 # ---- Made with the run, and again ---------------------------------------------------------------------------------------
 
-check "value writes a report" value run --payout 10 --pay-anyway
+check "value writes a report" value run
 check "and says where" grep -qx "report   $folder/run/report.html" "$folder/stdout"
 sed 's/"width_px": 64, "height_px": 48/"width_px": 160, "height_px": 120/' "$scene" >"$folder/wide.json"
 # heights OUT: of the pictures, from the lowest PSNR up: those of validation photos, as no rays are left for others.

@@ -358,7 +358,7 @@ FOLDER_TEST(wrong_params_are_refused_by_name) {
     params.until_stable = 1;
     assert_refused(&params, "--until-stable");
     params = good;
-    params.payout.amount = "much";
+    params.payout = "much";
     assert_refused(&params, "--payout");
     params = good;
     params.train_only = true;

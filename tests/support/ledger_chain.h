@@ -139,7 +139,7 @@ static inline bool follow_chain(const char *path, bool rewrite) {
               " ORDER BY retraining",
               0);
     if (swept) feed_rows(&state, raw, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", 0);
-    feed_rows(&state, raw, "SELECT run_id, cents, floor_equal, anyway FROM payout_request", 0);
+    feed_rows(&state, raw, "SELECT run_id, cents FROM payout_request", 0);
     holds = hash_is(&state, raw, "final_hash", OF_RUN, rewrite, head) && holds;
     sqlite3_close(raw);
     return holds;

@@ -2,6 +2,7 @@
 #include "support/ledger_fixture.h"
 
 #include "base/random.h"
+#include "value/evaluation/resampling.h"
 #include "value/payout.h"
 #include "value/providers.h"
 
@@ -66,28 +67,35 @@ TEST(a_providers_score_is_the_sum_over_its_photos) {
 enum { PHOTOS_MOST = 9 };
 static const char *const photo_names[PHOTOS_MOST] = {"a", "b", "c", "d", "e", "f", "g", "h", "i"};
 
-// Photos with scores of dv_psnr, whose standard error is `error`, and their providers, a letter each; '-': none.
+// Photos with worths, which are drawn with a standard deviation of `error`, and their providers, a letter each; '-':
+// none.
 struct scene {
     struct vw_ledger_image images[PHOTOS_MOST];
     struct vw_ledger_score scores[PHOTOS_MOST];
     char providers[PHOTOS_MOST][2];
-    struct vw_payout_input input;
+    double draws[VW_RESAMPLES * PHOTOS_MOST];
+    struct vw_worth_input input;
+    uint64_t amount_cents;
 };
 
 static void set_scene(const double *values, uint32_t count, double error, const char *providers, uint64_t amount_cents,
                       struct scene *scene) {
-    *scene = (struct scene){0};
+    *scene = (struct scene){.amount_cents = amount_cents};
     for (uint32_t i = 0; i < count; i++) {
         scene->providers[i][0] = providers[i] == '-' ? 0 : providers[i];
         scene->images[i] = (struct vw_ledger_image){
             .image_id = i, .name = photo_names[i], .split = "train", .provider = scene->providers[i]};
-        scene->scores[i] = (struct vw_ledger_score){
-            .image_id = i, .method = "dv_psnr", .value = values[i], .unit = "dB", .standard_error = error, .visits = 4};
+        scene->scores[i] = (struct vw_ledger_score){.image_id = i, .method = vw_worth_method, .value = values[i]};
+        for (uint32_t r = 0; r < VW_RESAMPLES; r++)
+            scene->draws[r * count + i] = values[i] + error * vw_resampling_normal(r, i);
     }
-    scene->input = (struct vw_payout_input){
-        .of = {.images = scene->images, .image_count = count, .scores = scene->scores, .score_count = count},
-        .method = "dv_psnr",
-        .amount_cents = amount_cents};
+    scene->input = (struct vw_worth_input){
+        .images = scene->images, .image_count = count, .scores = scene->scores, .score_count = count};
+}
+
+static enum vw_status divide(struct scene *scene, struct vw_payouts *payouts) {
+    *payouts = (struct vw_payouts){.amount_cents = scene->amount_cents};
+    return vw_payouts_divide(&scene->input, scene->draws, payouts);
 }
 
 // Returns the payout of a provider; NULL: it has none.
@@ -100,17 +108,20 @@ static const struct vw_payout *payout_of(const struct vw_payouts *payouts, char 
 // Returns the cents of all photos, in their own order; checks that those of a provider add up to its own.
 static uint64_t cents_of_photos(const struct vw_payouts *payouts, uint64_t *cents) {
     uint64_t sum = 0;
-    for (uint32_t p = 0, photo = 0; p < payouts->provider_count; p++) {
+    uint32_t photos = 0;
+    for (uint32_t p = 0; p < payouts->provider_count; p++) {
         const struct vw_payout *payout = &payouts->providers[p];
         uint64_t own = 0;
-        assert_int_equal(payout->first_photo, photo);
-        for (uint32_t i = 0; i < payout->photo_count; i++, photo++) {
-            assert_string_equal(payouts->photos[photo].image->provider, payout->provider);
-            own += cents[payouts->photos[photo].image->image_id] = payouts->photos[photo].cents;
+        for (uint32_t i = 0; i < payout->photo_count; i++, photos++) {
+            const struct vw_photo_payout *photo = &payouts->photos[payout->first_photo + i];
+            assert_string_equal(photo->image->provider, payout->provider);
+            own += cents[photo->image->image_id] = photo->cents;
         }
         assert_int_equal(own, payout->cents);
+        assert_true(p == 0 || payouts->providers[p - 1].cents >= own);
         sum += own;
     }
+    assert_int_equal(photos, payouts->photo_count);
     return sum;
 }
 
@@ -119,38 +130,32 @@ TEST(amounts_are_divided_to_the_cent) {
         double values[PHOTOS_MOST];
         uint32_t count;
         uint64_t amount_cents, expected[PHOTOS_MOST];
-        bool floor_equal, none_positive;
     } cases[] = {
-        {{1}, 1, 1, {1}, false, false},
-        {{1, 1, 1}, 3, 100, {34, 33, 33}, false, false},        // a tie: by the photo's name
-        {{1, 1, 1}, 3, 2, {1, 1, 0}, false, false},             //
-        {{5, 3, 2}, 3, 10000, {5000, 3000, 2000}, true, false}, //
-        {{0.5, 0.3, 0.2}, 3, 99, {49, 30, 20}, false, false},   // 49.5, 29.7, 19.8: the largest fractions get the two
-                                                                // left
-        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false, false},     // a photo that harms is not paid, nor does it take from
-                                                                // others
-        {{4, 0, 1, NAN}, 4, 1001, {801, 0, 200, 0}, true, false}, // 800.8 and 200.2
-        {{-1, -2, -3}, 3, 100, {0, 0, 0}, false, true},           // nobody is paid
-        {{-1, -2, -3}, 3, 100, {34, 33, 33}, true, true},         // unless the floor says so
-        {{0, 0}, 2, 5, {3, 2}, true, true},                       //
-        {{1e-300, 3e-300}, 2, 400, {100, 300}, false, false},     //
-        {{1, 1e-30}, 2, 1000, {1000, 0}, false, false},           //
-        {{1, 2, 4}, 3, 1000000000000000, {142857142857143, 285714285714286, 571428571428571}, false, false},
+        {{1}, 1, 1, {1}},
+        {{1, 1, 1}, 3, 100, {34, 33, 33}}, // a tie: by the photo's name
+        {{1, 1, 1}, 3, 2, {1, 1, 0}},      //
+        {{5, 3, 2}, 3, 10000, {5000, 3000, 2000}},
+        {{0.5, 0.3, 0.2}, 3, 99, {49, 30, 20}},      // 49.5, 29.7, 19.8: the largest fractions get the two left
+        {{4, -9, 1}, 3, 1000, {800, 0, 200}},        // a photo that harms is not paid, nor does it take from others
+        {{4, 0, 1, NAN}, 4, 1001, {801, 0, 200, 0}}, // 800.8 and 200.2
+        {{-1, -2, -3}, 3, 100, {0, 0, 0}},           // nobody is paid
+        {{1e-300, 3e-300}, 2, 400, {100, 300}},
+        {{1, 1e-30}, 2, 1000, {1000, 0}},
+        {{1, 2, 4}, 3, 1000000000000000, {142857142857143, 285714285714286, 571428571428571}},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct scene scene;
         struct vw_payouts payouts;
-        uint64_t cents[PHOTOS_MOST], all = cases[i].none_positive && !cases[i].floor_equal ? 0 : cases[i].amount_cents;
+        uint64_t cents[PHOTOS_MOST], all = cases[i].values[0] > 0 ? cases[i].amount_cents : 0;
         set_scene(cases[i].values, cases[i].count, NAN, "zyxwvutsr", cases[i].amount_cents, &scene);
-        scene.input.floor_equal = cases[i].floor_equal;
-        ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+        ASSERT_OK(divide(&scene, &payouts));
         assert_int_equal(cents_of_photos(&payouts, cents), all);
         for (uint32_t p = 0; p < cases[i].count; p++)
             if (cents[p] != cases[i].expected[p])
                 fail_msg("case %zu: photo %u gets %llu cents, not %llu", i, p, (unsigned long long)cents[p],
                          (unsigned long long)cases[i].expected[p]);
-        assert_int_equal(payouts.none_positive, cases[i].none_positive);
-        assert_true(isnan(payouts.providers[0].interval.low_cents)); // no score has an error
+        assert_int_equal(payouts.outcome, VW_PAYOUT_NOT_TOLD_APART);
+        assert_true(isnan(payouts.providers[0].interval.low_cents)); // no worth has an error
         vw_payouts_free(&payouts);
     }
 }
@@ -161,14 +166,20 @@ struct paid {
     struct vw_payout_interval intervals[PHOTOS_MOST];
 };
 
+static bool has_none_positive(const double *values, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (values[i] > 0) return false;
+    return true;
+}
+
 static void pay(const double *values, uint32_t count, const char *providers, uint64_t amount_cents, struct paid *paid) {
     struct scene scene;
     struct vw_payouts payouts;
     set_scene(values, count, 0.2, providers, amount_cents, &scene);
-    scene.input.floor_equal = true;
-    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    ASSERT_OK(divide(&scene, &payouts));
     *paid = (struct paid){0};
-    assert_int_equal(cents_of_photos(&payouts, paid->cents), amount_cents);
+    uint64_t sum = cents_of_photos(&payouts, paid->cents);
+    assert_true(sum == amount_cents || (sum == 0 && has_none_positive(values, count)));
     for (uint32_t i = 0; i < count; i++)
         paid->intervals[payouts.photos[i].image->image_id] = payouts.photos[i].interval;
     vw_payouts_free(&payouts);
@@ -214,64 +225,33 @@ TEST(what_was_not_valued_is_counted) {
     scene.images[2].split = "test";
     scene.images[5].split = "excluded";
     scene.images[6].split = "val";
-    scene.scores[1].method = scene.scores[2].method = scene.scores[3].method = "dv_loss";
-    scene.scores[5].method = scene.scores[6].method = "dv_loss";
-    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    for (uint32_t i = 1; i < 7; i++) scene.scores[i].method = i == 4 ? vw_worth_method : "dv_loss";
+    ASSERT_OK(divide(&scene, &payouts));
     assert_int_equal(payouts.provider_count, 3);
     assert_int_equal(payouts.photo_count, 1);
     const struct vw_payout *a = payout_of(&payouts, 'a'), *b = payout_of(&payouts, 'b'), *c = payout_of(&payouts, 'c');
-    assert_true(a->photo_count == 1 && a->validating_count == 0 && a->test_count == 1 && a->unscored_count == 0);
-    assert_true(b->photo_count == 0 && b->validating_count == 1 && b->test_count == 0 && b->unscored_count == 1);
-    assert_true(c->photo_count == 0 && c->validating_count == 1 && c->cents == 0);
-    assert_true(a->cents == 100 && !payouts.told_apart); // the only one with a score: nothing tells it apart
+    assert_true(a->photo_count == 1 && a->unvalued_count == 1 && a->cents == 100);
+    assert_true(b->photo_count == 0 && b->unvalued_count == 2);
+    assert_true(c->photo_count == 0 && c->unvalued_count == 1 && c->cents == 0);
+    assert_int_equal(payouts.outcome, VW_PAYOUT_NOT_TOLD_APART); // the only one: nothing tells it apart
     vw_payouts_free(&payouts);
     set_scene((double[]){1, 1}, 2, 0.1, "--", 100, &scene);
-    assert_int_equal(vw_payouts_make(&scene.input, &payouts), VW_ERROR_INPUT);
+    assert_int_equal(divide(&scene, &payouts), VW_ERROR_INPUT);
+    vw_payouts_free(&payouts);
+    scene.input.score_count = 0;
+    ASSERT_OK(vw_payouts_make(&scene.input, 100, &payouts));
+    assert_true(payouts.outcome == VW_PAYOUT_UNKNOWN_WORTH && !payouts.provider_count);
     vw_payouts_free(&payouts);
 }
 
 // ---- Intervals ------------------------------------------------------------------------------------------------------
-
-TEST(providers_are_told_apart_by_their_intervals) {
-    static const struct {
-        double error;
-        bool apart;
-        uint32_t alike_of_a;
-    } cases[] = {{0.1, true, 0}, {4, false, 1}, {NAN, false, 1}};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct scene scene;
-        struct vw_payouts payouts;
-        set_scene((double[]){3, 3, 1, 1}, 4, cases[i].error, "aabb", 8000, &scene);
-        ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
-        const struct vw_payout *a = payout_of(&payouts, 'a'), *b = payout_of(&payouts, 'b');
-        assert_true(a->cents == 6000 && b->cents == 2000 && a == payouts.providers);
-        assert_int_equal(payouts.told_apart, cases[i].apart);
-        assert_int_equal(a->alike_count, cases[i].alike_of_a);
-        assert_int_equal(isnan(a->interval.low_cents), isnan(cases[i].error));
-        assert_false(a->interval.low_cents > 6000 || a->interval.high_cents < 6000);
-        vw_payouts_free(&payouts);
-    }
-}
-
-// Whoever has no score gets exactly nothing, which tells nobody apart.
-TEST(who_has_no_score_tells_nobody_apart) {
-    struct scene scene;
-    struct vw_payouts payouts;
-    set_scene((double[]){1, 1, 1}, 3, 0.1, "abc", 1000, &scene);
-    scene.images[2].split = "val";
-    scene.scores[2].method = "dv_loss";
-    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
-    assert_true(payouts.provider_count == 3 && payouts.providers[1].interval.low_cents > 0);
-    assert_true(!payouts.told_apart && payouts.providers[0].alike_count == 1);
-    vw_payouts_free(&payouts);
-}
 
 // Two photos of 3 and 1 with a small error e: the share of the first is 3/4 with the error e sqrt(10) / 16.
 TEST(intervals_hold_nine_of_ten) {
     struct scene scene;
     struct vw_payouts payouts;
     set_scene((double[]){3, 1}, 2, 0.05, "ab", 1000000, &scene);
-    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    ASSERT_OK(divide(&scene, &payouts));
     double half = 1.645 * 1000000 * 0.05 * sqrt(10) / 16;
     const struct vw_payout_interval *interval = &payouts.providers[0].interval;
     print_message("[%.0f, %.0f], expected 750000 ± %.0f\n", interval->low_cents, interval->high_cents, half);
@@ -280,79 +260,23 @@ TEST(intervals_hold_nine_of_ten) {
     vw_payouts_free(&payouts);
 }
 
-static const struct vw_photo_payout *payout_of_photo(const struct vw_payouts *payouts, uint32_t image_id) {
-    uint32_t i = 0;
-    while (payouts->photos[i].image->image_id != image_id) i++;
-    return &payouts->photos[i];
-}
-
-// The number of retrainings shrinks intervals by its root: a gap of a third of the widths needs nine times as many.
-TEST(enough_retrainings_are_estimated) {
-    struct scene scene;
-    struct vw_payouts payouts;
-    struct vw_ledger_retraining retrainings[24] = {0};
-    set_scene((double[]){3, 2, 2, 2, 2, 2, 2, 2, 2}, 9, 1, "aabbbbccc", 19000, &scene); // by IDs, for any names
-    scene.input.of.retrainings = retrainings;
-    scene.input.of.retraining_count = 23;
-    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
-    assert_int_equal(payouts.retraining_count, 23); // without the one on whole providers
-    double times = INFINITY;
-    for (uint32_t i = 0; i < 9; i++) {
-        const struct vw_payout_interval *best = &payout_of_photo(&payouts, 0)->interval,
-                                        *other = &payout_of_photo(&payouts, i)->interval;
-        if (i) times = fmin(times, pow((3000 - best->low_cents + other->high_cents - 2000) / 1000, 2));
-    }
-    assert_false(payouts.told_apart);
-    assert_true(times > 1 && payouts.enough_retrainings == 8 * (uint32_t)ceil(times * 23 / 8));
-    vw_payouts_free(&payouts);
-    set_scene((double[]){2, 2}, 2, 1, "ab", 10000, &scene); // the same worth: no number of retrainings parts them
-    scene.input.of.retrainings = retrainings;
-    scene.input.of.retraining_count = 23;
-    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
-    assert_true(!payouts.told_apart && payouts.enough_retrainings == 0);
-    vw_payouts_free(&payouts);
-}
-
-// More than were made, and no more than there are subsets of 40 to 100 % of the photos: of 9 photos 381, in 7 of 8
-// retrainings, so that 436 are the most.
-TEST(enough_retrainings_can_be_made) {
-    static const struct {
-        double
-            others; // value of all but the first photo; at -100 both intervals end at 0: the estimate is once as many
-        uint32_t made, enough;
-    } cases[] = {{2, 8, 80}, {2, 300, 0}, {-100, 40, 48}, {-100, 41, 48}, {-100, 424, 432}, {-100, 432, 0}};
-    static struct vw_ledger_retraining retrainings[440];
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct scene scene;
-        struct vw_payouts payouts;
-        double other = cases[i].others, first = other > 0 ? 3 : 1;
-        set_scene((double[]){first, other, other, other, other, other, other, other, other}, 9, 1, "aabbbbccc", 19000,
-                  &scene);
-        scene.input.of.retrainings = retrainings;
-        scene.input.of.retraining_count = cases[i].made;
-        ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
-        assert_false(payouts.told_apart);
-        assert_int_equal(payouts.enough_retrainings, cases[i].enough);
-        vw_payouts_free(&payouts);
-    }
-    assert_near(vw_worth_count_possible(6), 47, 0); // 41 subsets: 40 in 5 groups of 8, then one on all and the last
-    assert_near(vw_worth_count_possible(2), 3, 0);
-}
-
 // The same photos under any names are paid or not: alike, and whoever has all of them.
 TEST(names_do_not_decide_who_is_paid) {
     static const char *const names[] = {"aaaa", "aabb", "abab", "abcd", "abbb"};
     static const struct {
         double values[4], error;
-        bool apart;
-    } cases[] = {{{3, 3, 3, 3}, 0.1, false}, {{3, 1, 1, 1}, 0.1, true}, {{3, 2, 2, 3}, 1, false}};
+        enum vw_payout_outcome outcome;
+    } cases[] = {{{3, 3, 3, 3}, 0.1, VW_PAYOUT_NOT_TOLD_APART},
+                 {{3, 1, 1, 1}, 0.1, VW_PAYOUT_PAID},
+                 {{3, 2, 2, 3}, 1, VW_PAYOUT_NOT_TOLD_APART},
+                 {{3, 2, 2, 3}, NAN, VW_PAYOUT_NOT_TOLD_APART}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++)
         for (size_t n = 0; n < VW_ARRAY_COUNT(names); n++) {
             struct scene scene;
             struct vw_payouts payouts;
             set_scene(cases[i].values, 4, cases[i].error, names[n], 10000, &scene);
-            ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
-            if (payouts.told_apart != cases[i].apart) fail_msg("case %zu: %s", i, names[n]);
+            ASSERT_OK(divide(&scene, &payouts));
+            if (payouts.outcome != cases[i].outcome) fail_msg("case %zu: %s", i, names[n]);
             vw_payouts_free(&payouts);
         }
 }

@@ -328,16 +328,14 @@ TEST(intervals_hold_the_payouts) {
             double worth = fmax(worth_of(i), 0);
             whole += worth, real[i * PROVIDERS / PHOTOS] += worth;
         }
-        const struct vw_payout_input input = {
-            .of = played->input, .method = vw_worth_method, .amount_cents = CENTS, .floor_equal = false};
-        ASSERT_OK(vw_payouts_make(&input, &payouts));
+        ASSERT_OK(vw_payouts_make(&played->input, CENTS, &payouts));
         assert_int_equal(payouts.provider_count, PROVIDERS);
         for (uint32_t p = 0; p < PROVIDERS; p++, all++) {
             const struct vw_payout *payout = &payouts.providers[p];
             double expected = CENTS * real[payout->provider[0] - 'a'] / whole;
             held += payout->interval.low_cents <= expected && expected <= payout->interval.high_cents;
         }
-        apart += payouts.told_apart;
+        apart += payouts.outcome == VW_PAYOUT_PAID;
         vw_payouts_free(&payouts);
     }
     print_message("%u of %u payouts held, somebody is told apart in %u of %d games\n", held, all, apart, GAMES);

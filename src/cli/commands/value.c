@@ -20,7 +20,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     struct vw_answer answer = {0};
     enum vw_status status = vw_params_of_run(options, &params);
     params.train_only = train_only;
-    if (options->retrainings) params.payout.amount = NULL; // it follows worth
+    if (options->retrainings) params.payout = NULL; // it follows worth
     params.progress = vw_progress_show;
     params.context = &progress;
     if (!status) status = vw_run_open(&params, &run);

@@ -12,7 +12,7 @@ static struct vw_worth_run_params params_of(const struct vw_options *options, co
                                         .until_confidence = options->until_confidence,
                                         .together = options->together,
                                         .report = options->report,
-                                        .payout = vw_params_of_payout(options)};
+                                        .payout = options->payout};
 }
 
 enum { RETRAININGS_MOST = 100000 };

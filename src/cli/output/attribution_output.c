@@ -26,8 +26,8 @@ static void print_value(double value, double standard_error, const char *unit) {
     vw_print("  %+9" VW_SCORE_DIGITS "f ± %s %s  ", value, error, unit);
 }
 
-static void print_more(uint32_t count, uint32_t shown, const char *path) {
-    if (count > shown) vw_print("  and %u more: %s\n", count - shown, path);
+static void print_more(uint32_t count, uint32_t shown, const char *out, const char *file) {
+    if (count > shown) vw_print("  and %u more: %s/%s\n", count - shown, out, file);
 }
 
 static void print_groups(const struct vw_attribution *attribution, const char *method, const char *meaning) {
@@ -39,76 +39,44 @@ static void print_groups(const struct vw_attribution *attribution, const char *m
         print_value(group->value, group->standard_error, group->unit);
         vw_print("%s (%u photo%s)\n", provider_of(group->provider), group->photo_count, vw_plural(group->photo_count));
     }
-    print_more(count, SHOWN_ROWS, attribution->providers_path);
+    print_more(count, SHOWN_ROWS, attribution->out, "providers.csv");
 }
 
-// Says who is paid, or why no one is.
-static void print_outcome(const struct vw_attribution *attribution) {
-    char amount[AMOUNT_BYTES];
-    uint32_t enough = attribution->advised_retrainings;
-    amount_to_text(attribution->request.cents, amount);
-    if (attribution->outcome == VW_PAYOUT_PAID)
-        vw_print("payout of %s by %s, the sum over each provider's photos [90 %% interval]\n", amount,
-                 attribution->payouts.none_positive ? "the number of photos, since no photo has a positive worth"
-                                                    : attribution->method);
-    if (attribution->outcome == VW_PAYOUT_UNKNOWN_WORTH)
-        vw_print(
-            "payout of %s: nobody is paid, since no retrainings say what the photos are worth: viewworth worth OUT "
-            "--retrainings %u --payout %s; or --pay-anyway\n",
-            amount, enough, amount);
-    if (attribution->outcome == VW_PAYOUT_NOT_TOLD_APART && enough)
-        vw_print("payout of %s: nobody is paid, since %u retrainings tell no two photos apart; about %u would be "
-                 "enough: viewworth worth OUT --retrainings %u --payout %s; or --pay-anyway\n",
-                 amount, attribution->payouts.retraining_count, enough, enough, amount);
-    if (attribution->outcome == VW_PAYOUT_NOT_TOLD_APART && !enough)
-        vw_print(
-            "payout of %s: nobody is paid, since %u retrainings tell no two photos apart, nor would any number that "
-            "worth makes; add photos, or --pay-anyway\n",
-            amount, attribution->payouts.retraining_count);
-    if (attribution->outcome == VW_PAYOUT_NONE_POSITIVE)
-        vw_print(
-            "payout of %s: nobody is paid, since no photo has a positive worth; --payout-floor equal pays all photos "
-            "the same\n",
-            amount);
-}
-
-static void print_payout(const struct vw_payout *payout) {
-    char amount[AMOUNT_BYTES], range[2 * VW_CELL_BYTES] = "?, ?";
-    amount_to_text(payout->cents, amount);
-    if (isfinite(payout->interval.low_cents))
-        snprintf(range, sizeof range, "%.2f, %.2f", payout->interval.low_cents / 100,
-                 payout->interval.high_cents / 100);
-    vw_print("  %14s  [%s]  %s", amount, range, payout->provider);
-    if (payout->alike_count)
-        vw_print(" (not told apart from %u other%s)", payout->alike_count, vw_plural(payout->alike_count));
-    vw_print("\n");
-}
-
-static void print_unvalued(const struct vw_attribution *attribution) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < attribution->payouts.provider_count; i++) {
-        const struct vw_payout *payout = &attribution->payouts.providers[i];
-        if (!payout->validating_count && !payout->test_count && !payout->unscored_count) continue;
-        if (++count > SHOWN_ROWS) continue;
-        vw_print("  unvalued, so not paid: of %s %u that validate, %u kept for tests, %u without a score\n",
-                 payout->provider, payout->validating_count, payout->test_count, payout->unscored_count);
-    }
-    if (count > SHOWN_ROWS) vw_print("  and photos of %u more providers\n", count - SHOWN_ROWS);
-    if (count) vw_print("  (viewworth value --kfold K values all photos but those kept for tests)\n");
+// Says why no one is paid, and who would get nothing.
+static void print_unpaid(const struct vw_payouts *payouts, const char *out, const char *amount) {
+    uint32_t made = payouts->retraining_count;
+    if (payouts->outcome == VW_PAYOUT_NONE_POSITIVE)
+        vw_print("payout of %s: nobody is paid, since no photo has a positive worth\n", amount);
+    else if (payouts->outcome == VW_PAYOUT_UNKNOWN_WORTH)
+        vw_print("payout of %s: nobody is paid, since no retrainings say what the photos are worth; make two for each "
+                 "photo to begin with: viewworth worth %s --retrainings M --payout %s\n",
+                 amount, out, amount);
+    else
+        vw_print("payout of %s: nobody is paid, since %u retrainings tell no two photos apart; more may: viewworth "
+                 "worth %s --retrainings %u --payout %s\n",
+                 amount, made, out, 2 * made, amount);
+    for (uint32_t i = 0; payouts->outcome == VW_PAYOUT_NOT_TOLD_APART && i < payouts->provider_count; i++)
+        if (!payouts->providers[i].cents) vw_print("  would get nothing: %s\n", payouts->providers[i].provider);
 }
 
 static void print_payouts(const struct vw_attribution *attribution) {
     const struct vw_payouts *payouts = &attribution->payouts;
-    bool shows = attribution->outcome == VW_PAYOUT_PAID || attribution->outcome == VW_PAYOUT_NOT_TOLD_APART;
-    if (attribution->outcome == VW_PAYOUT_NOT_ASKED) return;
-    print_outcome(attribution);
-    for (uint32_t i = 0; shows && i < payouts->provider_count && i < SHOWN_ROWS; i++)
-        print_payout(&payouts->providers[i]);
-    if (attribution->outcome == VW_PAYOUT_PAID) {
-        print_more(payouts->provider_count, SHOWN_ROWS, attribution->payout_path);
-        vw_print("  of each photo: %s\n", attribution->payout_photos_path);
+    struct vw_rows rows = vw_payout_rows(payouts);
+    char amount[AMOUNT_BYTES];
+    if (payouts->outcome == VW_PAYOUT_NOT_ASKED) return;
+    amount_to_text(payouts->amount_cents, amount);
+    if (payouts->outcome != VW_PAYOUT_PAID) {
+        print_unpaid(payouts, attribution->out, amount);
+        return;
     }
-    print_unvalued(attribution);
+    vw_print(
+        "payout of %s by worth (steps and retrainings not repeated: viewworth verify %s --replay all --retrainings "
+        "all)\n",
+        amount, attribution->out);
+    if (rows.count > SHOWN_ROWS) rows.count = SHOWN_ROWS;
+    vw_print_rows(&rows);
+    print_more(payouts->provider_count, SHOWN_ROWS, attribution->out, "payout.csv");
+    vw_print("of each photo: %s/payout_photos.csv\n", attribution->out);
 }
 
 static const char *judged_as(const struct vw_duplicate_score *row) {
@@ -139,7 +107,7 @@ static void print_duplicates(const struct vw_attribution *attribution) {
     uint32_t groups = 0, i = 0;
     while (i < attribution->duplicate_count && groups++ < SHOWN_GROUPS) i += print_duplicate_group(attribution, i);
     for (; i < attribution->duplicate_count; i++) groups += rows[i].group != rows[i - 1].group;
-    print_more(groups, SHOWN_GROUPS, attribution->duplicates_path);
+    print_more(groups, SHOWN_GROUPS, attribution->out, "duplicates.csv");
 }
 
 void vw_attribution_print(const struct vw_attribution *attribution) {
@@ -150,22 +118,20 @@ void vw_attribution_print(const struct vw_attribution *attribution) {
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------
 
-// Adds the payouts; where no one is paid, why, and how many retrainings would be enough.
+// Adds the payouts, or why no one is paid.
 static void add_payouts(const struct vw_attribution *attribution, json_t **root) {
     static const char *const reasons[] = {[VW_PAYOUT_UNKNOWN_WORTH] = "no retrainings",
                                           [VW_PAYOUT_NOT_TOLD_APART] = "not told apart",
                                           [VW_PAYOUT_NONE_POSITIVE] = "no photo has a positive worth"};
-    if (attribution->outcome == VW_PAYOUT_NOT_ASKED) return;
-    if (attribution->outcome != VW_PAYOUT_PAID) {
-        vw_json_set(root, "unpaid",
-                    json_pack("{s:s, s:I}", "reason", reasons[attribution->outcome], "retrainings_enough",
-                              (json_int_t)attribution->advised_retrainings));
+    const struct vw_payouts *payouts = &attribution->payouts;
+    const struct vw_rows rows = vw_payout_rows(payouts), of_photos = vw_photo_payout_rows(payouts);
+    if (payouts->outcome == VW_PAYOUT_NOT_ASKED) return;
+    if (payouts->outcome != VW_PAYOUT_PAID) {
+        vw_json_set(root, "unpaid", json_pack("{s:s}", "reason", reasons[payouts->outcome]));
         return;
     }
-    const struct vw_rows providers = vw_payout_rows(&attribution->payouts),
-                         photos = vw_photo_payout_rows(&attribution->payouts);
-    vw_json_set(root, "payout", vw_rows_to_json(&providers));
-    vw_json_set(root, "payout_photos", vw_rows_to_json(&photos));
+    vw_json_set(root, "payout", vw_rows_to_json(&rows));
+    vw_json_set(root, "payout_photos", vw_rows_to_json(&of_photos));
 }
 
 void vw_attribution_add_json(const struct vw_attribution *attribution, json_t **root) {

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "report/tables.h"
@@ -18,23 +17,14 @@ static bool has_providers(const struct vw_scene *scene) {
     return false;
 }
 
-enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout, const struct vw_config *config,
-                                          struct vw_payout_request *request) {
-    *request = (struct vw_payout_request){.floor_equal = payout->floor_equal, .anyway = payout->anyway};
-    if (!payout->amount) return VW_OK;
-    if (!vw_payout_parse(payout->amount, &request->cents))
+enum vw_status vw_attribution_read_payout(const char *amount, const struct vw_config *config, uint64_t *cents) {
+    *cents = 0;
+    if (!amount) return VW_OK;
+    if (!vw_payout_parse(amount, cents))
         return vw_fail(VW_ERROR_USAGE, "--payout takes an amount of 0.01 to %.0f, such as 1000 or 99.50, not \"%s\"",
-                       (double)VW_PAYOUT_CENTS_MAX / 100, payout->amount);
+                       (double)VW_PAYOUT_CENTS_MAX / 100, amount);
     enum vw_status status = config ? vw_check_scored_epochs(config->epochs, config->burn_in_epochs) : VW_OK;
     return status ? vw_fail_context(status, "--payout") : VW_OK;
-}
-
-enum vw_payout_outcome vw_payout_decide(const char *method, const struct vw_payouts *payouts,
-                                        const struct vw_payout_request *request) {
-    if (strcmp(method, vw_worth_method) != 0 && !request->anyway) return VW_PAYOUT_UNKNOWN_WORTH;
-    if (!payouts->told_apart && !request->anyway) return VW_PAYOUT_NOT_TOLD_APART;
-    if (payouts->none_positive && !request->floor_equal) return VW_PAYOUT_NONE_POSITIVE;
-    return VW_PAYOUT_PAID;
 }
 
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene) {
@@ -59,17 +49,6 @@ static enum vw_status take_providers(const struct vw_scene *scene, const struct 
     return VW_OK;
 }
 
-static enum vw_status name_outputs(const char *out, struct vw_attribution *attribution) {
-    attribution->providers_path = vw_path_join(out, "providers.csv");
-    attribution->payout_path = vw_path_join(out, "payout.csv");
-    attribution->payout_photos_path = vw_path_join(out, "payout_photos.csv");
-    attribution->duplicates_path = vw_path_join(out, "duplicates.csv");
-    return attribution->providers_path && attribution->payout_path && attribution->payout_photos_path &&
-                   attribution->duplicates_path
-               ? VW_OK
-               : VW_ERROR_MEMORY;
-}
-
 static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_scoring *scoring,
                                   struct vw_attribution *attribution) {
     if (!has_providers(scene)) return VW_OK;
@@ -79,60 +58,38 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
     if (status || !attribution->group_count) return status;
     struct vw_csv_text table = {0};
     const struct vw_rows rows = vw_provider_rows(attribution->groups, attribution->group_count);
-    status = vw_rows_make_csv(attribution->providers_path, &rows, &table);
+    status = vw_rows_make_csv("providers.csv", &rows, &table);
     return vw_result_write_table(status, attribution->out, "providers.csv", &table, attribution->made);
 }
 
-// Advises how many retrainings to begin with: two for each photo, and 24 at least.
-static uint32_t advise(const struct vw_attribution *attribution, uint32_t image_count) {
-    enum { LEAST = 24, PER_PHOTO = 2 };
-    uint32_t photos = 0;
-    for (uint32_t i = 0; i < image_count; i++) photos += strcmp(attribution->images[i].split, "train") == 0;
-    uint32_t wanted = (PER_PHOTO * photos + VW_WORTH_REPEAT_EVERY - 1) / VW_WORTH_REPEAT_EVERY * VW_WORTH_REPEAT_EVERY;
-    return wanted < LEAST ? LEAST : wanted;
-}
-
 static enum vw_status write_payouts(struct vw_attribution *attribution) {
-    struct vw_csv_text table = {0}, of_photos = {0};
     const struct vw_rows rows = vw_payout_rows(&attribution->payouts),
-                         photos = vw_photo_payout_rows(&attribution->payouts);
-    enum vw_status status = vw_rows_make_csv(attribution->payout_path, &rows, &table);
+                         of_photos = vw_photo_payout_rows(&attribution->payouts);
+    struct vw_csv_text table = {0};
+    enum vw_status status = vw_rows_make_csv("payout.csv", &rows, &table);
     status = vw_result_write_table(status, attribution->out, "payout.csv", &table, attribution->made);
-    if (status) return status;
-    status = vw_rows_make_csv(attribution->payout_photos_path, &photos, &of_photos);
-    return vw_result_write_table(status, attribution->out, "payout_photos.csv", &of_photos, attribution->made);
+    if (!status) status = vw_rows_make_csv("payout_photos.csv", &of_photos, &table);
+    return vw_result_write_table(status, attribution->out, "payout_photos.csv", &table, attribution->made);
 }
 
 // Records what was asked for, where that is not what an earlier command was asked for. The list of checksums goes
 // first: it has the chain head.
-static enum vw_status record_request(struct vw_ledger *ledger, const struct vw_attribution *attribution) {
-    const struct vw_payout_request *asked = &attribution->request;
+static enum vw_status record_request(struct vw_ledger *ledger, const char *out, uint64_t cents) {
     struct vw_payout_request recorded;
     enum vw_status status = vw_ledger_get_payout_request(ledger, &recorded);
-    if (status || (asked->cents == recorded.cents &&
-                   (!asked->cents || (asked->floor_equal == recorded.floor_equal && asked->anyway == recorded.anyway))))
-        return status;
-    status = vw_checksums_remove(attribution->out);
-    return status ? status : vw_ledger_set_payout_request(ledger, asked);
+    if (status || cents == recorded.cents) return status;
+    status = vw_checksums_remove(out);
+    return status ? status : vw_ledger_set_payout_request(ledger, &(struct vw_payout_request){.cents = cents});
 }
 
 // Pays, if that is asked for. A payout of an earlier command is gone: OUT has what this one was asked for.
-static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
-    if (!attribution->request.cents) return VW_OK;
-    if (attribution->group_count == 0)
-        return vw_fail(VW_ERROR_INPUT, "--payout: no photo has a score to pay by; take more --epochs");
-    struct vw_payout_input input = {.of = vw_scoring_worth_input(scoring),
-                                    .method = attribution->method,
-                                    .amount_cents = attribution->request.cents,
-                                    .floor_equal = attribution->request.floor_equal};
-    input.of.images = attribution->images;
-    enum vw_status status = vw_payouts_make(&input, &attribution->payouts);
-    if (status) return status;
-    attribution->outcome = vw_payout_decide(attribution->method, &attribution->payouts, &attribution->request);
-    attribution->advised_retrainings = attribution->outcome == VW_PAYOUT_UNKNOWN_WORTH
-                                           ? advise(attribution, input.of.image_count)
-                                           : attribution->payouts.enough_retrainings;
-    return attribution->outcome == VW_PAYOUT_PAID ? write_payouts(attribution) : VW_OK;
+static enum vw_status make_payout(const struct vw_scoring *scoring, uint64_t cents,
+                                  struct vw_attribution *attribution) {
+    struct vw_worth_input worth = vw_scoring_worth_input(scoring);
+    worth.images = attribution->images;
+    if (!cents) return VW_OK;
+    enum vw_status status = vw_payouts_make(&worth, cents, &attribution->payouts);
+    return !status && attribution->payouts.outcome == VW_PAYOUT_PAID ? write_payouts(attribution) : status;
 }
 
 static enum vw_status make_duplicates(const struct vw_scene *scene, const struct vw_scoring *scoring,
@@ -148,7 +105,7 @@ static enum vw_status make_duplicates(const struct vw_scene *scene, const struct
     if (status || !attribution->duplicate_count) return status;
     struct vw_csv_text table = {0};
     const struct vw_rows rows = vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count);
-    status = vw_rows_make_csv(attribution->duplicates_path, &rows, &table);
+    status = vw_rows_make_csv("duplicates.csv", &rows, &table);
     return vw_result_write_table(status, attribution->out, "duplicates.csv", &table, attribution->made);
 }
 
@@ -173,18 +130,14 @@ static void warn(const struct vw_attribution *attribution) {
 }
 
 enum vw_status vw_attribution_make(const struct vw_scene *scene, struct vw_ledger *ledger,
-                                   const struct vw_scoring *scoring, const char *out,
-                                   const struct vw_payout_request *request, struct vw_checksums *made,
-                                   struct vw_attribution *attribution) {
-    *attribution = (struct vw_attribution){.out = out,
-                                           .made = made,
-                                           .method = vw_scoring_payout_method(scoring->scores, scoring->score_count),
-                                           .request = *request};
-    enum vw_status status = name_outputs(out, attribution);
-    if (!status) status = take_providers(scene, scoring, attribution);
-    if (!status) status = record_request(ledger, attribution);
+                                   const struct vw_scoring *scoring, const char *out, uint64_t payout_cents,
+                                   struct vw_checksums *made, struct vw_attribution *attribution) {
+    *attribution = (struct vw_attribution){
+        .out = out, .made = made, .method = vw_scoring_payout_method(scoring->scores, scoring->score_count)};
+    enum vw_status status = take_providers(scene, scoring, attribution);
+    if (!status) status = record_request(ledger, out, payout_cents);
     if (!status) status = make_groups(scene, scoring, attribution);
-    if (!status) status = make_payout(scoring, attribution);
+    if (!status) status = make_payout(scoring, payout_cents, attribution);
     if (!status) status = make_duplicates(scene, scoring, attribution);
     if (!status) warn(attribution);
     return status;
@@ -195,9 +148,5 @@ void vw_attribution_free(struct vw_attribution *attribution) {
     free(attribution->groups);
     vw_payouts_free(&attribution->payouts);
     free(attribution->duplicates);
-    free(attribution->providers_path);
-    free(attribution->payout_path);
-    free(attribution->payout_photos_path);
-    free(attribution->duplicates_path);
     *attribution = (struct vw_attribution){0};
 }

@@ -1,4 +1,4 @@
-// Worth of providers' photos, payouts and near-duplicate photos.
+// Sums of scores by provider, a payout, and near-duplicate photos.
 #ifndef VIEWWORTH_RUN_OUTPUTS_ATTRIBUTION_H
 #define VIEWWORTH_RUN_OUTPUTS_ATTRIBUTION_H
 
@@ -14,48 +14,30 @@
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
 
-// The outcome of the request.
-enum vw_payout_outcome {
-    VW_PAYOUT_NOT_ASKED,
-    VW_PAYOUT_PAID,
-    VW_PAYOUT_UNKNOWN_WORTH, // no retrainings, or too few
-    VW_PAYOUT_NOT_TOLD_APART,
-    VW_PAYOUT_NONE_POSITIVE,
-};
-
 struct vw_attribution {
     const char *out;                // borrowed
     struct vw_checksums *made;      // borrowed; notes the files
-    const char *method;             // that payouts and near-duplicates go by: vw_scoring_payout_method
+    const char *method;             // that near-duplicates go by: vw_scoring_payout_method
     struct vw_ledger_image *images; // owned: the ledger's, with the providers that the scene has now
     struct vw_provider_score *groups;
     uint32_t group_count; // groups over all methods; 0 when no photo has a provider
-    struct vw_payout_request request;
-    enum vw_payout_outcome outcome;
-    struct vw_payouts payouts;    // empty unless asked for
-    uint32_t advised_retrainings; // for a payout, where there is no worth or no one is told apart; 0: unknown
+    struct vw_payouts payouts;
     struct vw_duplicate_score *duplicates;
     uint32_t duplicate_count;
-    char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned
 };
 
-// Decides by the rules whether payouts by a method are paid.
-enum vw_payout_outcome vw_payout_decide(const char *method, const struct vw_payouts *payouts,
-                                        const struct vw_payout_request *request);
-// Reads what is asked for. VW_ERROR_USAGE when it is not an amount, and where the config (NULL: unknown) leaves no
-// epoch to score. No amount: nothing is asked for.
-enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout, const struct vw_config *config,
-                                          struct vw_payout_request *request);
+// Reads the amount that is asked for; NULL: 0. VW_ERROR_USAGE when it is not an amount, and where the config (NULL:
+// unknown) leaves no epoch to score.
+enum vw_status vw_attribution_read_payout(const char *amount, const struct vw_config *config, uint64_t *cents);
 // Returns VW_ERROR_USAGE when no photo has a provider to be paid.
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
 // Computes everything from the scores and writes providers.csv, payout.csv, payout_photos.csv and duplicates.csv to
 // OUT, those that have rows; the tables of payouts only where somebody is paid. Notes them in `made`. Warns of copies.
-// Records the request in the ledger, opened to append, so that verify makes the payout again by that. Free it also
-// after a failure.
+// Records the amount in the ledger, opened to append, so that verify makes the payout again by that. Free it also after
+// a failure.
 enum vw_status vw_attribution_make(const struct vw_scene *scene, struct vw_ledger *ledger,
-                                   const struct vw_scoring *scoring, const char *out,
-                                   const struct vw_payout_request *request, struct vw_checksums *made,
-                                   struct vw_attribution *attribution);
+                                   const struct vw_scoring *scoring, const char *out, uint64_t payout_cents,
+                                   struct vw_checksums *made, struct vw_attribution *attribution);
 void vw_attribution_free(struct vw_attribution *attribution);
 
 #endif

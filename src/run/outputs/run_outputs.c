@@ -143,7 +143,7 @@ static enum vw_status list_tables(const struct vw_attribution *attribution, stru
         bool there;
     } tables[] = {
         {"providers.csv", vw_provider_rows(attribution->groups, attribution->group_count), attribution->group_count},
-        {"payout.csv", vw_payout_rows(&attribution->payouts), attribution->outcome == VW_PAYOUT_PAID},
+        {"payout.csv", vw_payout_rows(&attribution->payouts), attribution->payouts.outcome == VW_PAYOUT_PAID},
         {"duplicates.csv", vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count),
          attribution->duplicate_count},
     };
@@ -186,7 +186,7 @@ enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, s
                                    struct vw_run_outputs *outputs) {
     struct vw_results *results = &outputs->results;
     enum vw_status status = vw_attribution_make(params->scene, params->ledger, params->scoring, params->out,
-                                                params->payout, made, &outputs->attribution);
+                                                params->payout_cents, made, &outputs->attribution);
     if (!status) status = begin(params, results);
     if (!status) status = judge_views(params, made, outputs);
     if (!status) status = vw_run_splits_write(params->scene, params->out, made);

@@ -23,7 +23,7 @@ struct vw_run_outputs_params {
     const struct vw_config *config;
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
-    const struct vw_payout_request *payout;
+    uint64_t payout_cents; // to be divided; 0: none
     struct vw_report_params report;
 };
 

@@ -104,39 +104,23 @@ static enum vw_status make_groups(const struct vw_worth_input *worth, const char
     return status;
 }
 
-// Reads what the payout was asked for.
-static enum vw_status find_request(const struct vw_table_sources *sources, const char *path,
-                                   struct vw_payout_request *request) {
-    enum vw_status status = vw_ledger_get_payout_request(sources->ledger, request);
-    if (status || (request->cents && request->cents <= VW_PAYOUT_CENTS_MAX)) return status;
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: the ledger does not record that this amount was to be paid; remove it, and pay by "
-                   "viewworth worth OUT --payout AMOUNT",
-                   path);
-}
-
-static enum vw_status check_paid(const char *path, const struct vw_payout_input *input,
-                                 const struct vw_payouts *payouts, const struct vw_payout_request *request) {
-    if (vw_payout_decide(input->method, payouts, request) == VW_PAYOUT_PAID) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: the rules pay nobody by what the payout was asked with; remove it, and pay by viewworth worth "
-                   "OUT --payout AMOUNT",
-                   path);
-}
-
-// Divides the amount again by exactly what the payout was asked with.
+// Divides the amount again that the payout was asked for.
 static enum vw_status make_payouts(const struct vw_table_sources *sources, const struct vw_worth_input *worth,
                                    const char *path, bool of_photos, struct vw_csv_text *made) {
     struct vw_payouts payouts = {0};
     struct vw_payout_request request;
-    enum vw_status status = find_request(sources, path, &request);
-    if (status) return status;
-    const struct vw_payout_input input = {.of = *worth,
-                                          .method = vw_scoring_payout_method(worth->scores, worth->score_count),
-                                          .amount_cents = request.cents,
-                                          .floor_equal = request.floor_equal};
-    status = vw_payouts_make(&input, &payouts);
-    if (!status) status = check_paid(path, &input, &payouts, &request);
+    enum vw_status status = vw_ledger_get_payout_request(sources->ledger, &request);
+    if (!status && (!request.cents || request.cents > VW_PAYOUT_CENTS_MAX))
+        status = vw_fail(VW_ERROR_MISMATCH,
+                         "%s: the ledger does not record that this amount was to be paid; remove it, and pay by "
+                         "viewworth worth OUT --payout AMOUNT",
+                         path);
+    if (!status) status = vw_payouts_make(worth, request.cents, &payouts);
+    if (!status && payouts.outcome != VW_PAYOUT_PAID)
+        status = vw_fail(VW_ERROR_MISMATCH,
+                         "%s: the rules pay nobody by what the payout was asked with; remove it, and pay by viewworth "
+                         "worth OUT --payout AMOUNT",
+                         path);
     const struct vw_rows rows = of_photos ? vw_photo_payout_rows(&payouts) : vw_payout_rows(&payouts);
     if (!status) status = vw_rows_make_csv(path, &rows, made);
     vw_payouts_free(&payouts);
