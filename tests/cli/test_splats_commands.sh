@@ -77,7 +77,7 @@ cat >"$folder/jobs.json" <<JSON
  "jobs": [{"name": "field", "scene": "$scene", "options": {"field": "splats"}},
           {"name": "preset", "scene": "$scene", "options": {"preset": "splats"}}]}
 JSON
-check "a batch" run "$program" batch "$folder/jobs.json" --out "$folder/batch" --devices llvmpipe --together 2
+check "a batch" run "$program" batch "$folder/jobs.json" --out "$folder/batch" --devices llvmpipe
 for job in field preset; do
     check "its jobs by $job" is_of_splats "batch/$job/seed-1"
     check "leave splats" grep -aqx 'element vertex 60' "$folder/batch/$job/seed-0/field.ply"
