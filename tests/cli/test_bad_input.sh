@@ -86,27 +86,18 @@ with_keys "a key twice" ':1:[0-9]+:.*duplicate' '"fl_x": 8, "fl_x": 9,'
 reset
 yes '{},' | head -n 4000000 | tr -d '\n' >"$scene/transforms.json"
 refused "JSON of 4 million objects" 'transforms.json:1:[0-9]+:.*too much memory' "$scene"
-reset
-printf '\x00\xff\xfe not JSON' >"$scene/transforms.json"
-refused "bytes that are no text" 'transforms.json:1:' "$scene"
 refused "no such scene" 'none: no such scene' "$folder/none"
 mkdir -p "$folder/empty"
 refused "an empty folder" 'empty: no scene found; give' "$folder/empty"
-mkdir -p "$folder/bare" "$folder/taken/images"
+mkdir -p "$folder/bare"
 write_photo "$folder/bare/0.png"
-write_photo "$folder/taken/images/0.png"
 refused "photos without poses" 'bare: .*photos without poses; .*colmap .* --image_path [^ ]*/bare, or ns-process-data images' "$folder/bare"
 refused "a photo" 'bare/0.png: is not a scene; give the folder of a scene' "$folder/bare/0.png"
 touch "$folder/bare/poses_bounds.npy"
 refused "poses of LLFF" 'poses_bounds.npy is not read; add sparse/0' "$folder/bare"
-refused "photos without poses in images/" ' --image_path [^ ]*/taken/images, or' "$folder/taken"
 
 # ---- Photos ---------------------------------------------------------------------------------------------------------------
 
-reset
-rm "$scene/images/1.png"
-mkdir "$scene/images/1.png"
-with_photo "a folder in place of a photo" 'not a plain file'
 reset
 printf 'FOR4\0\0\0\x40CIMGTBHD\0\0\0\x20\x7f\xff\xff\xff\0\0\0\0\0\0\0\0' >"$scene/images/1.png"
 with_photo "an IFF in place of a photo" 'no format that is read, which are PNG, JPEG'
@@ -131,25 +122,13 @@ else
 fi
 reset
 with_name "a name with .." 'leaves the scene folder' ../scene/images/1.png
-with_name "a name with a line end" 'control characters' 'images/1.png\nviewworth: fine'
 cp "$scene/images/1.png" "$folder/elsewhere.png"
 ln -s / "$scene/images/away"
 with_name "a linked folder that leaves the folder" 'through a link' "images/away$folder/elsewhere.png"
-reset
-mv "$scene/images" "$folder/images"
-ln -s "$folder/images" "$scene/images"
-transforms '"fl_x": 8,' "${good[@]}"
-refused "images/ a link that leaves the folder" 'through a link' "$scene"
-rm -rf "$folder/images"
-reset
-transforms '"fl_x": 8,' "$(frame images/0.png "$one" '"mask_path": "../m.png",')" "${good[1]}" "${good[2]}"
-refused "a mask with .." 'mask_path leaves' "$scene"
 
 # ---- Splits ---------------------------------------------------------------------------------------------------------------
 
 reset
-transforms '"fl_x": 8,' "${good[0]}"
-refused "a single photo" 'a single photo' "$scene"
 transforms '"fl_x": 8,' "${good[0]}" "${good[1]}"
 refused "nothing to validate" 'no view is left to validate' "$scene"
 transforms '"fl_x": 8,' "${good[@]}"
@@ -180,18 +159,6 @@ colmap
 check "the COLMAP scene is good before it is broken" env VK_DRIVER_FILES=/dev/null "$program" info "$scene" --quiet >"$folder/stdout"
 colmap 's/ 3$//' cameras.txt
 in_model "a camera that is cut short" 'cameras.txt:1: field params is missing'
-for name in ../0.png /etc/passwd; do
-    colmap "1s,0.png,$name," images.txt
-    in_model "the name $name in images.txt" 'images.txt'
-done
-colmap
-rm "$model/images.txt"
-refused "a model without images" 'sparse/0: .*COLMAP model is not complete' "$scene"
-colmap
-mv "$model/cameras.txt" "$folder/cameras.txt"
-ln -s "$folder/cameras.txt" "$model/cameras.txt"
-in_model "cameras.txt a link that leaves the folder" 'cameras.txt.*link'
-
 tsv() { # a fresh PhotoTourism folder with this TSV
     colmap
     mkdir "$scene/dense"
@@ -201,9 +168,6 @@ tsv() { # a fresh PhotoTourism folder with this TSV
 }
 tsv 'filename\tid\tsplit\n0.png\t1\ttrain\n1.png\t2\tval\n'
 refused "a TSV with an unknown split" 'splits.tsv:3: field split' "$scene"
-tsv 'filename\tid\tsplit\n../0.png\t1\ttrain\n'
-refused "a TSV with a name with .." 'splits.tsv:2: field filename' "$scene"
-
 # ---- Recipes --------------------------------------------------------------------------------------------------------------
 
 recipe() { # CASE PATTERN SED_EXPRESSION: the recipe clean.json, changed

@@ -31,7 +31,6 @@ static const struct step_case cases[] = {
      .seed = 305,
      .mlp_depth = 3,
      .width = 40,
-
      .loss = VW_LOSS_HUBER,
      .effects = "appearance,appearance_code,unbounded"},
     {.name = "whole tiles, two of them", .seed = 306, .mlp_depth = 2, .width = 128, .rays = 8, .samples = 32},
@@ -61,7 +60,6 @@ static const struct step_case cases[] = {
      .samples = 8,
      .importance_samples = 20,
      .own_coarse = true,
-
      .as_on_gpus = true,
      .loss = VW_LOSS_L2,
      .effects = "appearance,appearance_code,unbounded"},
@@ -209,11 +207,8 @@ static struct step_bench *open_case(size_t index) {
 
 // Checks what encode_samples wrote: sines of up to 2^15 half turns, where a driver's sin of so large a number is off by
 // much.
-TEST_CASES(encodings_match_the_reference, c, VW_ARRAY_COUNT(cases)) {
-    struct step_bench *bench = open_case(c);
-    take_step(bench, false);
-    struct mlp_step *step = open_step(bench, false);
-    forward(step, true);
+static void check_encodings(const struct mlp_step *step) {
+    struct step_bench *bench = step->bench;
     float *rows = step_bench_read(bench, bench->field.rows);
     uint32_t frequencies = bench->config.frequencies, count = 3 + 6 * frequencies, position4 = VW_ENCODED4(frequencies);
     for (uint32_t i = 0; i < sample_count(step); i++) {
@@ -256,16 +251,19 @@ static void adopt_gates(struct mlp_step *step) {
     }
 }
 
-static void check_gradients(struct step_bench *bench, bool coarse) {
-    take_step(bench, coarse);
-    struct mlp_step *step = open_step(bench, coarse);
+static double loss_of(void *step) {
     forward(step, true);
-    adopt_gates(step);
-    backward(step);
-    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    return ((const struct mlp_step *)step)->loss;
+}
+
+// Checks the gradients of each layer against the reference, and against the slope of the reference's loss.
+static void check_gradients(struct mlp_step *step) {
+    struct step_bench *bench = step->bench;
+    const struct slope_check check = {bench->where, loss_of, step, 1e-6, 0.01, 0.0};
+    float *d_weights = (float *)step_bench_read(bench, bench->step.d_weights) + step->first;
     vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-    assert_true(scalars->z == 0.0f);
     double tolerance = tolerance_of(bench);
+    assert_true(scalars->z == 0.0f);
     check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, step->loss, 0.2 * tolerance * step->loss);
     for (uint32_t l = 0; l < step->mlp.count; l++) {
         const struct reference_layer *layer = &step->mlp.layers[l];
@@ -273,47 +271,16 @@ static void check_gradients(struct step_bench *bench, bool coarse) {
         double most = largest(step->d_params + layer->first_at, end - layer->first_at);
         assert_true(most > 0.0);
         for (uint32_t i = layer->first_at; i < end; i++)
-            check_value(bench->where, layer->name, i, d_weights[step->first + i], step->d_params[i], tolerance * most);
+            check_value(bench->where, layer->name, i, d_weights[i], step->d_params[i], tolerance * most);
+        if (bench->config.frequencies <= 10)
+            check_slope(&check, layer->name, step->params + layer->first_at, d_weights + layer->first_at,
+                        end - layer->first_at);
     }
 }
 
-static void in_every_case(void (*check)(struct step_bench *bench, bool coarse)) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        struct step_bench *bench = open_case(c);
-        for (int coarse = 0; coarse <= (int)cases[c].own_coarse; coarse++) check(bench, coarse);
-        test_release(bench);
-    }
-}
-
-TEST(gradients_match_the_reference) { in_every_case(check_gradients); }
-
-static double loss_of(void *step) {
-    forward(step, true);
-    return ((const struct mlp_step *)step)->loss;
-}
-
-static void check_slopes(struct step_bench *bench, bool coarse) {
-    take_step(bench, coarse);
-    struct mlp_step *step = open_step(bench, coarse);
-    float *all = step_bench_read(bench, bench->step.d_weights);
-    const struct slope_check check = {bench->where, loss_of, step, 1e-6, 0.01, 0.0};
-    for (uint32_t l = 0; l < step->mlp.count && bench->config.frequencies <= 10; l++) {
-        const struct reference_layer *layer = &step->mlp.layers[l];
-        uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
-        check_slope(&check, layer->name, step->params + layer->first_at, all + step->first + layer->first_at,
-                    end - layer->first_at);
-    }
-}
-
-TEST(the_loss_changes_as_the_gradients_say) { in_every_case(check_slopes); }
-
-// ---- Rendering and chunks -------------------------------------------------------------------------------------------
-
-TEST_CASES(rendering_matches_the_reference, c, VW_ARRAY_COUNT(cases)) {
-    struct step_bench *bench = open_case(c);
+static void check_rendering(struct step_bench *bench) {
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     vw_float4 *colours = test_allocate(bench->config.rays, sizeof *colours);
-    step_bench_gradients(bench, STEP); // makes the rays, too
     assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
     struct mlp_step *step = open_step(bench, false);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
@@ -326,31 +293,27 @@ TEST_CASES(rendering_matches_the_reference, c, VW_ARRAY_COUNT(cases)) {
                         tolerance_of(bench) * 0.1);
 }
 
-static float *gradient_in_chunks(uint32_t importance_samples, uint32_t chunk_samples, size_t *bytes) {
-    const struct step_case setup = {.name = "chunks",
-                                    .seed = 320,
-                                    .field = VW_FIELD_MLP,
-                                    .mlp_depth = 7,
-                                    .width = 24,
-                                    .rays = 60,
-                                    .samples = 16,
-                                    .importance_samples = importance_samples,
-                                    .own_coarse = importance_samples > 0,
-                                    .chunk_samples = chunk_samples};
-    struct step_bench *bench = step_bench_open(&setup);
-    step_bench_step(bench, STEP);
-    float *d_weights = step_bench_read(bench, bench->step.d_weights);
-    *bytes = vw_buffer_size_bytes(bench->step.d_weights);
-    return d_weights;
+TEST_CASES(steps_match_the_reference, c, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(c);
+    for (int coarse = 0; coarse <= (int)cases[c].own_coarse; coarse++) {
+        take_step(bench, coarse);
+        struct mlp_step *step = open_step(bench, coarse);
+        forward(step, true);
+        if (!coarse) check_encodings(step);
+        adopt_gates(step);
+        backward(step);
+        check_gradients(step);
+    }
+    check_rendering(bench);
 }
 
 TEST(the_bits_do_not_depend_on_the_chunk) {
-    for (uint32_t importance_samples = 0; importance_samples <= 8; importance_samples += 8) {
-        size_t bytes; // 512: both kinds of samples fill whole workgroups
-        float *whole = gradient_in_chunks(importance_samples, 0, &bytes),
-              *parts = gradient_in_chunks(importance_samples, importance_samples ? 512 : 256, &bytes);
-        check_same_bits("chunks", "d_weights", parts, whole, bytes);
-    }
+    struct step_case setup = {
+        .name = "chunks", .seed = 320, .field = VW_FIELD_MLP, .mlp_depth = 7, .width = 24, .rays = 60, .samples = 16};
+    step_bench_check_chunks(&setup, 256, STEP);
+    setup.importance_samples = 8;
+    setup.own_coarse = true;
+    step_bench_check_chunks(&setup, 512, STEP); // both kinds of samples fill whole workgroups
 }
 
 // ---- What is not finite ---------------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "reference/step_bench.h"
 #include "support/gpu_fixture.h"
 
 struct row {
@@ -10,18 +9,18 @@ struct row {
     struct hard_finding finding;
 };
 
+static struct table {
+    const char *group;
+    struct row *rows;
+    size_t count;
+} table;
+
 static void run_row(void **state) {
     struct row *row = *state;
     row->finding.where = row->hard_case->name;
     row->hard_case->run(&row->finding);
     if (!row->finding.compared) fail_msg("%s: nothing was compared", row->hard_case->name);
     row->finding.passed = true;
-}
-
-static int tear_down_row(void **state) {
-    (void)state;
-    test_release_to(0);
-    return 0;
 }
 
 static int text_width(const struct row *rows, size_t count, const char *heading,
@@ -36,32 +35,30 @@ static const char *name_of(const struct row *row) { return row->hard_case->name;
 static const char *risk_of(const struct row *row) { return row->hard_case->risk; }
 static const char *quantity_of(const struct row *row) { return row->finding.quantity ? row->finding.quantity : ""; }
 
-static void print_table(const char *group, const struct row *rows, size_t count) {
-    int name = text_width(rows, count, "case", name_of), risk = text_width(rows, count, "what could go wrong", risk_of);
-    int quantity = text_width(rows, count, "nearest its tolerance", quantity_of);
-    printf("\nHard cases: %s\n%-*s | %-*s | %-*s | %-9s | %-9s | %-9s | %s\n", group, name, "case", risk,
+static void print_table(void) {
+    const struct row *rows = table.rows;
+    int name = text_width(rows, table.count, "case", name_of),
+        risk = text_width(rows, table.count, "what could go wrong", risk_of),
+        quantity = text_width(rows, table.count, "nearest its tolerance", quantity_of);
+    printf("\nHard cases: %s\n%-*s | %-*s | %-*s | %-9s | %-9s | %-9s | %s\n", table.group, name, "case", risk,
            "what could go wrong", quantity, "nearest its tolerance", "error", "tolerance", "compared", "verdict");
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < table.count; i++) {
         const struct hard_finding *finding = &rows[i].finding;
         printf("%-*s | %-*s | %-*s | %-9.2g | %-9.2g | %-9llu | %s\n", name, name_of(&rows[i]), risk, risk_of(&rows[i]),
                quantity, quantity_of(&rows[i]), finding->error, finding->tolerance,
                (unsigned long long)finding->compared, finding->passed ? "passes" : "FAILS");
     }
-    fflush(stdout);
+    free(table.rows);
 }
 
-int hard_cases_run(const char *group, const struct hard_case *cases, size_t count) {
-    struct row *rows = vw_allocate(count, sizeof *rows);
-    struct CMUnitTest *tests = vw_allocate(count, sizeof *tests);
+void hard_cases_add(const char *group, const struct hard_case *cases, size_t count, int line) {
+    table = (struct table){group, vw_allocate(count, sizeof *table.rows), count};
     for (size_t i = 0; i < count; i++) {
-        rows[i].hard_case = &cases[i];
-        tests[i] = (struct CMUnitTest){cases[i].name, run_row, NULL, tear_down_row, &rows[i]};
+        table.rows[i].hard_case = &cases[i];
+        test_add((struct CMUnitTest){cases[i].name, run_row, NULL, NULL, &table.rows[i]}, line);
     }
-    int failed = _cmocka_run_group_tests(group, tests, count, NULL, test_gpu_close);
-    print_table(group, rows, count);
-    free(rows);
-    free(tests);
-    return failed;
+    test_group(NULL, test_gpu_close);
+    atexit(print_table);
 }
 
 // Returns the share of its tolerance that a finding uses up; infinite beyond it and for NaN.

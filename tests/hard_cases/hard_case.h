@@ -22,9 +22,13 @@ struct hard_case {
     void (*run)(struct hard_finding *finding);
 };
 
-// Runs the cases in order as one cmocka group, closes the device, and prints the table.
-// Returns how many failed, for main(). A case that compares nothing fails. What a case owns is released after it.
-int hard_cases_run(const char *group, const struct hard_case *cases, size_t count);
+// Adds the cases of an array to the tests of the program, which then ends with their table and the closed device. A
+// case that compares nothing fails.
+#define HARD_CASES(group, cases)                                                                                       \
+    __attribute__((constructor)) static void add_hard_cases(void) {                                                    \
+        hard_cases_add(group, cases, sizeof(cases) / sizeof *(cases), __LINE__);                                       \
+    }
+void hard_cases_add(const char *group, const struct hard_case *cases, size_t count, int line);
 
 // Fails the case unless |device - expected| <= tolerance * scale; anything not finite fails. With scale 0 only equality
 // passes.

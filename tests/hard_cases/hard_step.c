@@ -1,26 +1,33 @@
 #include "hard_cases/hard_step.h"
 #include "support/cmocka_test.h"
 
-#include <float.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 
 // The bounds of tests/gradients and tests/kernels, where their reasons are given: positions are good to 2e-7 box edges,
 // which fine levels magnify; the device's exp2 and log2 enter the bias correction.
-static const double WEIGHT_TOLERANCE = 0x1p-7;   // share of the matrix's largest: two bfloats, each good to 2^-8
-static const double SKY_TOLERANCE = 1e-4;        // share of the largest gradient
-static const double VISIBILITY_TOLERANCE = 5e-4; // likewise
 static const double GRID_TOLERANCE = 2e-3; // share of the level's largest, or of 4096 quanta: 8 may round the other way
 static const double LEAST_GRADIENT =
     1e-30; // below, products are denormal floats on their way, which the device takes for 0
 static const double LEAST_GRID_QUANTA = 4096.0;
 static const double COLOUR_TOLERANCE = 1e-5;
-static const double LOSS_TOLERANCE = 1e-5; // share of the sum over rays, plus COLOUR_TOLERANCE for a loss near 0
-static const double GATE_TOLERANCE = 1e-3; // share of a hidden unit's value, when that is above 1
+static const double FINE_COLOUR_TOLERANCE = 5e-5; // the encoding in the finest of 16 levels is good to 4e-4 of entries
+static const double LOSS_TOLERANCE = 1e-5;        // share of the sum over rays, plus COLOUR_TOLERANCE for a loss near 0
+static const double GATE_TOLERANCE = 1e-3;        // share of a hidden unit's value, when that is above 1
 static const double STEP_TOLERANCE = 2e-4; // share of the move and of 2^-8 of the param: rounding is well below that
 static const double MOMENT_TOLERANCE = 1e-6;
 static const double LEAST_MOMENT = 1e-30; // likewise
+static const double OWN_TOLERANCE = 0.02; // share of the longest move: a gradient near 0 is a difference of large ones
+
+// Numbers that an effect moves in a pass of its own: those of the step's photo, with their visits, or all.
+static const struct own_update {
+    const char *range; // its name in the list of step_bench_ranges()
+    uint32_t params, moments;
+    bool of_photo;
+    double ridge;
+} own_updates[] = {{"code weights", VW_SLOT_CODE_WEIGHTS, VW_SLOT_CODE_WEIGHT_MOMENTS, false, 0.0},
+                   {"code", VW_SLOT_CODES, VW_SLOT_CODE_MOMENTS, true, 1.0},
+                   {"code of visibility", VW_SLOT_VISIBILITY_CODES, VW_SLOT_VISIBILITY_MOMENTS, true, 0.0}};
 
 struct hard_state hard_state_read(struct step_bench *bench) {
     vw_float4 *scalars = step_bench_read(bench, bench->scalars);
@@ -29,11 +36,22 @@ struct hard_state hard_state_read(struct step_bench *bench) {
                                .weight_moments = step_bench_read(bench, bench->step.weight_moments),
                                .scalars = scalars[0],
                                .skipped = flags->skipped != 0};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(own_updates); i++) {
+        struct vw_buffer *moments = bench->step.effect_buffers[own_updates[i].moments];
+        if (moments) state.effect_moments[own_updates[i].moments] = step_bench_read(bench, moments);
+    }
     return state;
 }
 
 void hard_write_pixels(struct step_bench *bench) {
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
+}
+
+void hard_set_density(struct step_bench *bench, float weight) {
+    float *weights = bench->params + bench->model.weights.offset_bytes / sizeof(float);
+    for (uint32_t k = 0; k < bench->config.width; k++)
+        weights[reference_block_index(&bench->model.specialization, 1, 0, k)] = weight;
+    step_bench_write_params(bench);
 }
 
 // ---- Gradients ------------------------------------------------------------------------------------------------------
@@ -49,39 +67,17 @@ static void compare_losses(struct hard_finding *finding, struct step_bench *benc
     hard_equal(finding, "flag", 0, scalars->z, 0.0);
 }
 
-static void compare_weight_gradients(struct hard_finding *finding, const struct step_bench *bench,
-                                     struct reference_step *reference, const float *d_weights) {
-    const struct vw_specialization *s = &bench->model.specialization;
-    struct reference_matrix matrices[REFERENCE_MATRICES];
-    reference_matrices(s, &reference->d_weights, matrices);
-    for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
-        uint32_t count = matrices[m].out * matrices[m].in;
-        double scale = fmax(largest(matrices[m].values, count), LEAST_GRADIENT);
-        for (uint32_t i = 0; i < count; i++)
-            hard_compare(finding, "weight gradient", i,
-                         d_weights[reference_block_index(s, m, i / matrices[m].in, i % matrices[m].in)],
-                         matrices[m].values[i], scale, WEIGHT_TOLERANCE);
+// Compares the gradients of all ranges but the grid.
+static void compare_ranges(struct hard_finding *finding, const struct step_bench *bench,
+                           struct reference_step *reference, struct reference_params *params, const float *d_weights) {
+    struct step_range ranges[STEP_RANGES_MAX];
+    uint32_t count = step_bench_ranges(bench, reference, params, d_weights, ranges);
+    for (uint32_t r = 0; r < count; r++) {
+        double scale = fmax(largest(ranges[r].expected, ranges[r].count), LEAST_GRADIENT);
+        for (size_t i = 0; i < ranges[r].count; i++)
+            hard_compare(finding, ranges[r].name, i, ranges[r].gradient[i], ranges[r].expected[i], scale,
+                         ranges[r].tolerance);
     }
-}
-
-static void compare_sky_gradients(struct hard_finding *finding, const struct step_bench *bench,
-                                  const struct reference_step *reference, const float *d_weights) {
-    const float *d_sky = d_weights + 4 * (size_t)bench->model.weight_columns;
-    double scale = fmax(largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS), LEAST_GRADIENT);
-    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.ranges[VW_SLOT_SKY].size_bytes; i++)
-        hard_compare(finding, "sky gradient", i, d_sky[i / 3 * 4 + i % 3], reference->d_sky[i / 3][i % 3], scale,
-                     SKY_TOLERANCE);
-}
-
-static void compare_visibility_gradients(struct hard_finding *finding, const struct step_bench *bench,
-                                         const struct reference_step *reference, const float *d_weights) {
-    const float *d_network = d_weights + 4 * (size_t)bench->model.specialization.visibility_column;
-    const struct vw_specialization *s = &bench->model.specialization;
-    const double *expected = s->effect_uncertainty ? reference->d_uncertainty : reference->d_visibility;
-    uint32_t count = s->effect_uncertainty ? REFERENCE_UNCERTAINTY : s->effect_visibility ? REFERENCE_VISIBILITY : 0;
-    double scale = fmax(largest(expected, count), LEAST_GRADIENT);
-    for (uint32_t i = 0; i < count; i++)
-        hard_compare(finding, "gradient by weights of rays", i, d_network[i], expected[i], scale, VISIBILITY_TOLERANCE);
 }
 
 static void compare_grid_gradients(struct hard_finding *finding, const struct step_bench *bench,
@@ -111,21 +107,19 @@ static void refuse_kinks(struct hard_finding *finding, const struct step_bench *
 }
 
 // Runs the reference's step from the device's rays and params, with the device's decisions at ReLUs.
-static struct reference_step *run_reference(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
+static struct reference_step *run_reference(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
+                                            struct reference_params *params) {
     vw_uint4 *relu = step_bench_read_active(bench);
-    float *params = step_bench_read(bench, bench->field.params);
-    struct reference_params *reference_params = reference_params_create(&bench->model, params);
     struct reference_step *reference = step_bench_reference(bench);
     double sizes = 1.0;
-    reference->view = bench->view;
-    reference_step_forward(reference, reference_params, true, number);
+    reference_step_forward(reference, params, true, number);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         sizes = fmax(sizes, fmax(largest(reference->samples[i].before1, bench->config.width),
                                  largest(reference->samples[i].before2, bench->config.width)));
     hard_equal(finding, "units on the wrong side of 0", 0,
                (double)reference_adopt_gates(reference, relu, GATE_TOLERANCE * sizes), 0.0);
     refuse_kinks(finding, bench, reference);
-    reference_step_backward(reference, reference_params);
+    reference_step_backward(reference, params);
     return reference;
 }
 
@@ -142,11 +136,11 @@ struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t num
 
 struct reference_step *hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
                                             const struct hard_gradients *gradients) {
-    struct reference_step *reference = run_reference(finding, bench, number);
+    struct reference_params *params =
+        reference_params_create(&bench->model, step_bench_read(bench, bench->field.params));
+    struct reference_step *reference = run_reference(finding, bench, number, params);
     compare_losses(finding, bench, reference);
-    compare_weight_gradients(finding, bench, reference, gradients->weights);
-    compare_sky_gradients(finding, bench, reference, gradients->weights);
-    compare_visibility_gradients(finding, bench, reference, gradients->weights);
+    compare_ranges(finding, bench, reference, params, gradients->weights);
     compare_grid_gradients(finding, bench, reference, gradients->quanta);
     return reference;
 }
@@ -240,6 +234,45 @@ static void check_grid(struct hard_finding *finding, const struct step_bench *be
     }
 }
 
+// Checks how an effect moved its own numbers by the device's gradient, a share of the longest move; those of other
+// photos must stay, and their moments.
+static void check_own_update(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,
+                             const struct own_update *update, const struct step_range *range,
+                             const struct hard_state *before, const struct hard_state *after) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    const struct vw_param_range *params = &bench->model.ranges[update->params];
+    size_t count = range->count, view = update->of_photo ? bench->view : 0, stride = 2 * count + update->of_photo,
+           all = vw_buffer_size_bytes(bench->step.effect_buffers[update->moments]),
+           first = params->offset_bytes / sizeof(float);
+    float *own = before->effect_moments[update->moments] + stride * view,
+          *value = before->grid.grid + first + count * view,
+          *own_after = after->effect_moments[update->moments] + stride * view,
+          *value_after = after->grid.grid + first + count * view;
+    double *moves = test_allocate(count, sizeof *moves);
+    uint64_t visits = number;
+    if (update->of_photo) visits = 1 + (uint64_t)((const uint32_t *)own)[2 * count];
+    for (size_t k = 0; k < count; k++) {
+        double moment1 = own[k], moment2 = own[count + k],
+               gradient =
+                   (double)range->gradient[k] * s->inverse_rays + update->ridge * reference_photo_ridge * value[k];
+        moves[k] = (update->of_photo ? reference_photo_rate(visits) : 1.0) *
+                   reference_adam(s, gradient, visits, &moment1, &moment2);
+    }
+    double scale = largest(moves, count);
+    for (size_t k = 0; k < count; k++) {
+        hard_compare(finding, range->name, k, value_after[k], value[k] - moves[k],
+                     scale + 0x1p-12 * fabs((double)value[k]) + LEAST_GRADIENT, OWN_TOLERANCE);
+        value_after[k] = value[k];
+    }
+    hard_same_bits(finding, "codes of other photos", after->grid.grid + first, before->grid.grid + first,
+                   params->size_bytes);
+    if (!update->of_photo) return;
+    hard_equal(finding, "visits", view, ((const uint32_t *)own_after)[2 * count], (double)visits);
+    memcpy(own_after, own, stride * sizeof *own);
+    hard_same_bits(finding, "moments of other photos", after->effect_moments[update->moments],
+                   before->effect_moments[update->moments], all);
+}
+
 void hard_check_update(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,
                        const struct hard_gradients *gradients, const struct hard_state *before,
                        const struct hard_state *after) {
@@ -257,13 +290,21 @@ void hard_check_update(struct hard_finding *finding, const struct step_bench *be
 
 struct reference_step *hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     struct hard_gradients gradients = hard_take_gradients(bench, number);
+    struct reference_params *params =
+        reference_params_create(&bench->model, step_bench_read(bench, bench->field.params));
     struct reference_step *reference = hard_check_gradients(finding, bench, number, &gradients);
+    struct step_range ranges[STEP_RANGES_MAX];
+    uint32_t count = step_bench_ranges(bench, reference, params, gradients.weights, ranges);
     struct hard_state before = hard_state_read(bench);
     step_bench_step(bench, number);
     struct hard_state after = hard_state_read(bench);
     hard_equal(finding, "flag", 0, after.scalars.z, 0.0);
     hard_same_bits(finding, "loss of the same step again", &after.scalars, &before.scalars, 2 * sizeof(float));
     hard_check_update(finding, bench, number, &gradients, &before, &after);
+    for (uint32_t r = 0; r < count; r++)
+        for (size_t i = 0; i < VW_ARRAY_COUNT(own_updates); i++)
+            if (!strcmp(ranges[r].name, own_updates[i].range))
+                check_own_update(finding, bench, number, &own_updates[i], &ranges[r], &before, &after);
     return reference;
 }
 
@@ -289,10 +330,11 @@ void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
     reference->sample_places = step_bench_sample_places(bench, vw_volume_evaluation_of(evaluator)->places);
     reference_step_forward(reference, reference_params, false, 0);
+    double tolerance = bench->config.levels > 8 ? FINE_COLOUR_TOLERANCE : COLOUR_TOLERANCE;
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         const double rgb[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
         for (int c = 0; c < 3; c++)
-            hard_compare(finding, "rendered colour", ray, rgb[c], reference->colours[ray][c], 1.0, COLOUR_TOLERANCE);
-        hard_compare(finding, "light that is left", ray, colours[ray].w, reference->left[ray], 1.0, COLOUR_TOLERANCE);
+            hard_compare(finding, "rendered colour", ray, rgb[c], reference->colours[ray][c], 1.0, tolerance);
+        hard_compare(finding, "light that is left", ray, colours[ray].w, reference->left[ray], 1.0, tolerance);
     }
 }

@@ -14,10 +14,11 @@
 
 // The state a step starts from and leaves, read back.
 struct hard_state {
-    struct grid_state grid; // its `grid` is the whole params block
-    float *weight_moments;  // first all first moments, then all second ones
-    vw_float4 scalars;      // results of the last step: loss high and low, not finite, clamped
-    bool skipped;           // the last step was not finite before its update
+    struct grid_state grid;               // its `grid` is the whole params block
+    float *weight_moments;                // first all first moments, then all second ones
+    float *effect_moments[VW_SLOT_COUNT]; // moments of codes, which their effects move; NULL where they are off
+    vw_float4 scalars;                    // results of the last step: loss high and low, not finite, clamped
+    bool skipped;                         // the last step was not finite before its update
 };
 struct hard_state hard_state_read(struct step_bench *bench);
 
@@ -29,6 +30,9 @@ struct hard_gradients {
 
 // Puts bench->pixels, changed by the test, where the device reads them.
 void hard_write_pixels(struct step_bench *bench);
+
+// Sets all densities' logarithms to `weight` times the sum of the hidden units, which are never below 0.
+void hard_set_density(struct step_bench *bench, float weight);
 
 // Runs step `number` from the params on the device and holds losses, gradients and the updated params and moments
 // against the reference's, which it returns. All must be finite and the step not flagged.

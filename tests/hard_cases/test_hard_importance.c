@@ -133,15 +133,8 @@ static void whole_steps(struct hard_finding *finding) {
         struct step_bench *bench = step_bench_open(&whole);
         hard_check_rendering(finding, bench);
         hard_check_step(finding, bench, STEP);
-        whole.chunk_samples = bench->model.ray_group * bench->model.ray_samples;
-        struct step_bench *parts = step_bench_open(&whole);
-        assert_true(vw_volume_step_of(&parts->step)->chunk_rays < parts->step.padded_rays);
-        step_bench_step(parts, STEP);
-        float *params = step_bench_read(bench, bench->field.params),
-              *same = step_bench_read(parts, parts->field.params);
-        hard_same_bits(finding, "params of a step in chunks", same, params, bench->model.param_bytes);
+        step_bench_check_chunks(&whole, bench->model.ray_group * bench->model.ray_samples, STEP);
         test_release(bench);
-        test_release(parts);
     }
 }
 
@@ -232,4 +225,4 @@ static const struct hard_case cases[] = {
     {"no importance samples", "buffers or passes that are not needed", off},
 };
 
-int main(void) { return hard_cases_run("importance", cases, VW_ARRAY_COUNT(cases)); }
+HARD_CASES("importance", cases)

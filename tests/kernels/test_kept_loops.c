@@ -8,7 +8,7 @@
 #include "kernels/checks/check.h"
 #include "support/gpu_fixture.h"
 
-enum { HEADER_WORDS = 5, OP_LOOP_MERGE = 246, CONTROL_WORD = 3, UNROLL = 1, DONT_UNROLL = 2, CASE_STRIDE = 5 };
+enum { HEADER_WORDS = 5, OP_LOOP_MERGE = 246, CONTROL_WORD = 3, UNROLL = 1, DONT_UNROLL = 2, CASE_STRIDE = 9 };
 
 static uint32_t count_loops(const uint32_t *code, size_t words, uint32_t control) {
     uint32_t count = 0;

@@ -69,15 +69,19 @@ static void check_samples(const struct step_bench *bench, const struct poison *p
 }
 
 TEST_CASES(a_poisoned_step_is_flagged_and_changes_nothing, i, VW_ARRAY_COUNT(poisons)) {
-    struct step_bench *bench = step_bench_open(&setup);
+    struct step_case optimised = setup; // each optimiser, with momentum and without
+    optimised.optimizer = (enum vw_optimizer)(i % 3);
+    optimised.beta1 = i % 2 ? 0.9 : 0.0;
+    struct step_bench *bench = step_bench_open(&optimised);
     poison_params(bench, &poisons[i]);
-    struct vw_buffer *kept[] = {bench->field.params, vw_volume_step_of(&bench->step)->grid_moment2,
+    struct vw_buffer *kept[] = {bench->field.params, vw_volume_step_of(&bench->step)->grid_moment1,
+                                vw_volume_step_of(&bench->step)->grid_moment2,
                                 vw_volume_step_of(&bench->step)->grid_visits, bench->step.weight_moments};
-    static const char *const names[] = {"params", "moment2", "visits", "weight moments"};
-    void *before[4];
-    for (int k = 0; k < 4; k++) before[k] = step_bench_read(bench, kept[k]);
+    static const char *const names[] = {"params", "moment1", "moment2", "visits", "weight moments"};
+    void *before[VW_ARRAY_COUNT(kept)];
+    for (size_t k = 0; k < VW_ARRAY_COUNT(kept); k++) before[k] = step_bench_read(bench, kept[k]);
     step_bench_step(bench, 2);
-    for (int k = 0; k < 4; k++) {
+    for (size_t k = 0; k < VW_ARRAY_COUNT(kept); k++) {
         void *after = step_bench_read(bench, kept[k]);
         check_same_bits(bench->where, names[k], after, before[k], vw_buffer_size_bytes(kept[k]));
     }

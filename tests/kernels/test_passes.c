@@ -21,14 +21,8 @@ static const struct pass {
     pass_check *check;
     enum vw_scatter_form scatter;
 } passes[] = {
-    {"mix_code", &vw_shader_mix_code, check_mix_code, SCATTER_ATOMICS},
-    {"predict_visibility", &vw_shader_predict_visibility, check_predict_visibility, SCATTER_ATOMICS},
-    {"gradient_visibility", &vw_shader_gradient_visibility, check_gradient_visibility, SCATTER_ATOMICS},
-    {"reduce_visibility", &vw_shader_reduce_visibility, check_reduce_visibility, SCATTER_ATOMICS},
-    {"update_visibility", &vw_shader_update_visibility, check_update_visibility, SCATTER_ATOMICS},
     {"fit_views", &vw_shader_fit_views, check_fit_views, SCATTER_ATOMICS},
     {"fit_photo", &vw_shader_fit_photo, check_fit_photo, SCATTER_ATOMICS},
-    {"update_code", &vw_shader_update_code, check_update_code, SCATTER_ATOMICS},
     {"generate_rays", &vw_shader_generate_rays, check_generate_rays, SCATTER_ATOMICS},
     {"forward_field", &vw_shader_forward_field, check_forward_field, SCATTER_ATOMICS},
     {"composite_rays", &vw_shader_composite_rays, check_composite_rays, SCATTER_ATOMICS},
@@ -38,7 +32,6 @@ static const struct pass {
     {"backward_field", &vw_shader_backward_field, check_backward_field, SCATTER_ATOMICS},
     {"gradient_weights", &vw_shader_gradient_weights, check_gradient_weights, SCATTER_ATOMICS},
     {"reduce_weights", &vw_shader_reduce_weights, check_reduce_weights, SCATTER_ATOMICS},
-    {"gradient_sky", &vw_shader_gradient_sky, check_gradient_sky, SCATTER_ATOMICS},
     {"scatter_grid", &vw_shader_scatter_grid, check_scatter_grid, SCATTER_ATOMICS},
     {"scatter_grid_split", &vw_shader_scatter_grid_split, check_scatter_grid, SCATTER_SPLIT_ATOMICS},
     {"scatter_grid_walk", &vw_shader_scatter_grid_walk, check_scatter_grid, SCATTER_WALK},
@@ -46,12 +39,6 @@ static const struct pass {
     {"update_grid", &vw_shader_update_grid, check_update_grid, SCATTER_ATOMICS},
     {"update_weights", &vw_shader_update_weights, check_update_weights, SCATTER_ATOMICS},
     {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, SCATTER_ATOMICS},
-    {"predict_visibility_uncertainty", &vw_shader_predict_visibility_uncertainty, check_predict_visibility,
-     SCATTER_ATOMICS},
-    {"gradient_visibility_uncertainty", &vw_shader_gradient_visibility_uncertainty, check_gradient_visibility,
-     SCATTER_ATOMICS},
-    {"reduce_visibility_uncertainty", &vw_shader_reduce_visibility_uncertainty, check_reduce_visibility,
-     SCATTER_ATOMICS},
 };
 
 // Other programs hold these against the reference.
@@ -69,15 +56,20 @@ static const struct vw_shader *const elsewhere[] = {
     // test_mlp_gradients
     &vw_shader_encode_samples, &vw_shader_multiply_layer, &vw_shader_multiply_layer_back, &vw_shader_activate_samples,
     &vw_shader_activate_samples_back, &vw_shader_gradient_weights_layer, &vw_shader_reduce_weights_layer,
-    // test_transient_gradients
+    // test_transient
     &vw_shader_feed_transient, &vw_shader_feed_transient_features, &vw_shader_backward_transient,
     &vw_shader_backward_transient_effects, &vw_shader_backward_field_transient, &vw_shader_update_transient,
-    // test_pose_gradients
+    // test_pose
     &vw_shader_gradient_positions, &vw_shader_gradient_pose, &vw_shader_update_pose,
-    // test_encoder_gradients; test_consistency_gradients the last four
+    // test_appearance_encoder; test_consistency the last four
     &vw_shader_convolve_photo, &vw_shader_convolve_photo_back, &vw_shader_pool_photo, &vw_shader_spread_photo,
     &vw_shader_gradient_photo, &vw_shader_shrink_colours, &vw_shader_spread_photo_codes, &vw_shader_spread_colours,
     &vw_shader_add_gradients,
+    // test_step_gradients
+    &vw_shader_gradient_sky, &vw_shader_mix_code, &vw_shader_update_code, &vw_shader_predict_visibility,
+    &vw_shader_gradient_visibility, &vw_shader_reduce_visibility, &vw_shader_update_visibility,
+    &vw_shader_predict_visibility_uncertainty, &vw_shader_gradient_visibility_uncertainty,
+    &vw_shader_reduce_visibility_uncertainty,
     // test_splat_passes; test_splat_gradient, test_splat_windows, and test_splats_training the last
     &vw_shader_mark_tiles, &vw_shader_project_splats, &vw_shader_place_pairs, &vw_shader_emit_pairs,
     &vw_shader_colour_splats, &vw_shader_count_digits, &vw_shader_place_digits, &vw_shader_scatter_pairs,

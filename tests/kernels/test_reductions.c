@@ -82,28 +82,6 @@ TEST(the_last_bits_of_k_pixels_count) {
     }
 }
 
-// One pixel after another, each alone in its view's change.
-TEST(the_last_bit_of_one_pixel_counts) {
-    static const uint32_t rays[] = {0, 1, 70, 190, 200, REDUCED_RAYS - 1};
-    struct outcome before, after;
-    struct view_reduction *reduction = reduction_open(test_gpu(), false);
-    reduction_fill(reduction, INPUT_ORDINARY, 92);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(rays); i++) {
-        uint32_t view = 0;
-        while (rays[i] >= reduced_ranges[view].first + reduced_ranges[view].count) view++;
-        reduction->ray_data[rays[i]].target_weight.w = 1.0f;
-        take("reduce_views, seed 92, before a change", reduction, &before);
-        reduction->colour_data[rays[i]].z = nextafterf(reduction->colour_data[rays[i]].z, -INFINITY);
-        take("reduce_views, seed 92, one pixel changed", reduction, &after);
-        for (uint32_t other = 0; other < REDUCED_VIEWS; other++) {
-            check_change("reduce_views, seed 92", &before, &after, other);
-            assert_true((memcmp(&before.device[other], &after.device[other], sizeof after.device[other]) != 0) ==
-                        (other == view));
-        }
-        assert_true(squared(after.device[view]) > squared(before.device[view]));
-    }
-}
-
 TEST(losses_of_any_number_of_rays_are_summed) {
     static const uint32_t ray_counts[] = {1, 64, 500, 5000};
     for (size_t i = 0; i < VW_ARRAY_COUNT(ray_counts); i++) {

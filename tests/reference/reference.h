@@ -286,11 +286,6 @@ void reference_unpack_grid(const struct vw_model *model, const uint64_t *words, 
 double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1,
                       double *moment2);
 
-// ---- mix.c ----------------------------------------------------------------------------------------------------------
-
-// Returns a parameter on the line from `before` a step to `after` it, `reach` steps from its beginning.
-double reference_mix(double before, double after, double reach);
-
 // ---- reductions.c ---------------------------------------------------------------------------------------------------
 
 struct reference_view_error {

@@ -65,6 +65,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     if (c->slice_samples) s->slice_samples = c->slice_samples;
     if (c->slice_parts) s->slice_parts = c->slice_parts;
     if (c->ray_lanes) s->ray_lanes = c->ray_lanes;
+    if (c->distortion) s->effect_distortion = c->distortion;
     s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
                                           vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
@@ -419,6 +420,99 @@ vw_uint4 *step_bench_read_active(struct step_bench *bench) {
     return active;
 }
 
+// ---- Gradients ------------------------------------------------------------------------------------------------------
+
+static const double WEIGHT_TOLERANCE = 0x1p-7; // two bfloats, each good to 2^-8
+static const double SKY_TOLERANCE = 1e-4;
+static const double RAY_NETWORK_TOLERANCE = 5e-4; // a unit near the kink may fall to either side
+
+static float *floats_of(const double *values, size_t count) {
+    float *floats = test_allocate(count, sizeof *floats);
+    for (size_t i = 0; i < count; i++) floats[i] = (float)values[i];
+    return floats;
+}
+
+static float *d_matrix(const struct vw_specialization *s, const float *d_weights, uint32_t m,
+                       const struct reference_matrix *matrix) {
+    float *gradient = test_allocate((size_t)matrix->out * matrix->in, sizeof *gradient);
+    for (uint32_t i = 0; i < matrix->out * matrix->in; i++)
+        gradient[i] = d_weights[reference_block_index(s, m, i / matrix->in, i % matrix->in)];
+    return gradient;
+}
+
+static float *d_sky(const struct vw_model *model, const float *d_weights) {
+    float *gradient = test_allocate(3 * VW_SKY_COLUMNS, sizeof *gradient);
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
+        gradient[i] = d_weights[4 * (model->weight_columns + i / 3) + i % 3];
+    return gradient;
+}
+
+// Finds the gradient by a photo's code of visibility from that by the biases of the first layer's units.
+static float *d_visibility_code(const double *network, const float *d_network) {
+    float *gradient = test_allocate(REFERENCE_VISIBILITY_CODE, sizeof *gradient);
+    for (uint32_t k = 0; k < REFERENCE_VISIBILITY_CODE; k++)
+        for (uint32_t unit = 0; unit < 4 * VISIBILITY4; unit++) { // blocks of the first layer, rows of 40 inputs
+            uint32_t row = 16 * (unit / 4) * VISIBILITY_INPUT4 + unit % 4, in4 = VISIBILITY_PLACE4 + k / 4;
+            gradient[k] += (float)(d_network[row + 4 * 2] * network[row + 16 * in4 + 4 * (k % 4)]);
+        }
+    return gradient;
+}
+
+// Lists code weights and the photo's code, whose gradients follow from that of the colour network's input 0.
+static uint32_t list_codes(const struct step_bench *bench, struct reference_step *reference,
+                           struct reference_params *params, const float *d_weights, struct step_range *ranges) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    uint32_t width = 4 * s->width4, weights = width * REFERENCE_CODE;
+    double d_shift[REFERENCE_WIDTH_MAX], d_code[REFERENCE_CODE],
+        *d_code_weights = test_allocate(weights, sizeof *d_code_weights), *code = params->photos[bench->view].code;
+    for (uint32_t i = 0; i < width; i++) d_shift[i] = d_weights[reference_block_index(s, 2, i, 0)];
+    reference_mix_code_gradient(width, params->code_weights, code, d_shift, d_code_weights, d_code);
+    ranges[0] = (struct step_range){
+        "code weights", params->code_weights, reference->d_code_weights, floats_of(d_code_weights, weights),
+        weights,        WEIGHT_TOLERANCE};
+    ranges[1] = (struct step_range){
+        "code", code, reference->d_code, floats_of(d_code, REFERENCE_CODE), REFERENCE_CODE, WEIGHT_TOLERANCE};
+    return 2;
+}
+
+uint32_t step_bench_ranges(const struct step_bench *bench, struct reference_step *reference,
+                           struct reference_params *params, const float *d_weights,
+                           struct step_range ranges[STEP_RANGES_MAX]) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    struct reference_matrix values[REFERENCE_MATRICES], gradients[REFERENCE_MATRICES];
+    float *d_network = (float *)d_weights + 4 * (size_t)s->visibility_column;
+    uint32_t count = REFERENCE_MATRICES;
+    reference_matrices(s, &params->weights, values);
+    reference_matrices(s, &reference->d_weights, gradients);
+    for (uint32_t m = 0; m < REFERENCE_MATRICES; m++)
+        ranges[m] = (struct step_range){values[m].name,
+                                        values[m].values,
+                                        gradients[m].values,
+                                        d_matrix(s, d_weights, m, &values[m]),
+                                        (size_t)values[m].out * values[m].in,
+                                        WEIGHT_TOLERANCE};
+    if (s->effect_sky)
+        ranges[count++] = (struct step_range){
+            "sky",        params->sky[0], reference->d_sky[0], d_sky(&bench->model, d_weights), 3 * VW_SKY_COLUMNS,
+            SKY_TOLERANCE};
+    if (s->effect_visibility) {
+        double *code = params->visibility_codes[bench->view];
+        ranges[count++] = (struct step_range){"visibility", params->visibility,   reference->d_visibility,
+                                              d_network,    REFERENCE_VISIBILITY, RAY_NETWORK_TOLERANCE};
+        ranges[count++] =
+            (struct step_range){"code of visibility",         code,
+                                reference->d_visibility_code, d_visibility_code(params->visibility, d_network),
+                                REFERENCE_VISIBILITY_CODE,    2.0 * RAY_NETWORK_TOLERANCE};
+    }
+    if (s->effect_uncertainty)
+        ranges[count++] = (struct step_range){"uncertainty", params->uncertainty,   reference->d_uncertainty,
+                                              d_network,     REFERENCE_UNCERTAINTY, RAY_NETWORK_TOLERANCE};
+    if (s->effect_appearance_code) count += list_codes(bench, reference, params, d_weights, &ranges[count]);
+    return count;
+}
+
+// ---- Comparison -----------------------------------------------------------------------------------------------------
+
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected,
                  double tolerance) {
     if (fabs(device - expected) <= tolerance) return;
@@ -439,6 +533,21 @@ void step_bench_check_skipped(struct step_bench *bench, uint64_t number) {
     float *after = step_bench_read(bench, bench->field.params);
     assert_true(scalars->z != 0.0f);
     check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
+}
+
+void step_bench_check_chunks(const struct step_case *setup, uint32_t chunk_samples, uint64_t number) {
+    struct step_case chunked = *setup;
+    chunked.chunk_samples = chunk_samples;
+    struct step_bench *whole = step_bench_open(setup), *parts = step_bench_open(&chunked);
+    assert_true(vw_volume_step_of(&parts->step)->chunk_rays < parts->step.padded_rays);
+    step_bench_step(whole, number);
+    step_bench_step(parts, number);
+    float *expected = step_bench_read(whole, whole->field.params),
+          *params = step_bench_read(parts, parts->field.params);
+    assert_memory_not_equal(expected, whole->params, whole->model.param_bytes);
+    check_same_bits(parts->where, "params of a step in chunks", params, expected, whole->model.param_bytes);
+    test_release(whole);
+    test_release(parts);
 }
 
 double largest(const double *values, size_t count) {

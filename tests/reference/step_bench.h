@@ -41,6 +41,7 @@ struct step_case {
     enum vw_scatter_form scatter;                   // [SCATTER_ATOMICS], whatever the device
     bool as_on_gpus;                                // the other choices as on GPUs (src/train/device_choices.c)
     uint32_t slice_samples, slice_parts, ray_lanes; // [by these choices]
+    uint32_t distortion;                            // the lenses that generate_rays undoes [by the scene]
     float grid_scale;                               // the grid is uniform in +-this [0.5]
     float weight_scale; // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
     uint32_t chunk_samples; // [the whole step in one chunk]
@@ -86,6 +87,8 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number);
 void step_bench_step(struct step_bench *bench, uint64_t number);
 // Runs it where params are not finite: it must be flagged, and change none of them.
 void step_bench_check_skipped(struct step_bench *bench, uint64_t number);
+// Checks that chunks of so many samples change no bit of the params after step `number`.
+void step_bench_check_chunks(const struct step_case *setup, uint32_t chunk_samples, uint64_t number);
 // Runs one pass.
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations);
@@ -127,6 +130,24 @@ float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_
 // Reads which hidden units of every slot were above 0: two words per layer.
 vw_uint4 *step_bench_read_active(struct step_bench *bench);
 #define BFLOAT_ROUNDING 0x1p-8 // half a unit in the last place, relative: activations but those of the grid are bfloats
+
+// ---- Gradients ------------------------------------------------------------------------------------------------------
+
+// A range of params that a step finds the gradient of, the sum over rays, by the reference and on the device.
+struct step_range {
+    const char *name;
+    double *values;         // in the reference's params
+    const double *expected; // the reference's gradient
+    float *gradient;        // the device's
+    size_t count;
+    double tolerance; // share of the largest that the device's may be off
+};
+enum { STEP_RANGES_MAX = 10 };
+// Lists all ranges but the grid, whose gradient is in integers: the networks' matrices, and what the effects that are
+// on have. `d_weights` is the device's. Returns how many.
+uint32_t step_bench_ranges(const struct step_bench *bench, struct reference_step *reference,
+                           struct reference_params *params, const float *d_weights,
+                           struct step_range ranges[STEP_RANGES_MAX]);
 
 // ---- Comparison -----------------------------------------------------------------------------------------------------
 

@@ -15,7 +15,6 @@ const struct step_case step_cases[] = {
      .base_resolution = 4,
      .loss = VW_LOSS_L2,
      .optimizer = VW_OPTIMIZER_DENSE_ADAM,
-
      .random_background = true,
      .effects = "background"},
     {.name = "48 samples, wide network, wide gradient",
@@ -27,7 +26,6 @@ const struct step_case step_cases[] = {
      .loss = VW_LOSS_HUBER,
      .beta1 = 0.9,
      .wide = true,
-
      .as_on_gpus = true,
      .effects = "sky"},
     {.name = "one entry per level",
@@ -36,7 +34,6 @@ const struct step_case step_cases[] = {
      .one_entry = true,
      .optimizer = VW_OPTIMIZER_SGD,
      .slice_parts = 32,
-
      .random_background = true,
      .effects = "distortion,background,sky"},
     {.name = "small table, largest encoding",
@@ -61,7 +58,6 @@ const struct step_case step_cases[] = {
      .loss = VW_LOSS_HUBER,
      .huber_length = 0.3,
      .beta1 = 0.5,
-
      .as_on_gpus = true,
      .effects = "sky,visibility"},
     {.name = "large weights, saturated densities", .seed = 7, .weight_scale = 10.0f, .effects = "background,sky"},
@@ -76,7 +72,6 @@ const struct step_case step_cases[] = {
      .loss = VW_LOSS_L2},
     {.name = "photos of their own exposure",
      .seed = 10,
-
      .loss = VW_LOSS_L2,
      .effects = "background,appearance,visibility"},
     {.name = "photos with codes",
@@ -84,7 +79,6 @@ const struct step_case step_cases[] = {
      .samples = 16,
      .width = 64,
      .beta1 = 0.9,
-
      .loss = VW_LOSS_L2,
      .effects = "appearance_code"},
     {.name = "photos with exposures and codes",
@@ -94,7 +88,6 @@ const struct step_case step_cases[] = {
      .width = 16,
      .levels = 4,
      .optimizer = VW_OPTIMIZER_DENSE_ADAM,
-
      .loss = VW_LOSS_HUBER,
      .effects = "appearance,appearance_code"},
     {.name = "one sample per ray, half a workgroup of pairs",

@@ -41,7 +41,7 @@ static int tear_down_group(void **state) {
 
 static int set_up(void **state) {
     running = *state;
-    *state = group_state;
+    *state = running->initial_state ? running->initial_state : group_state;
     return running->setup_func ? running->setup_func(state) : 0;
 }
 

@@ -44,12 +44,10 @@ void check_between(const char *where, const char *what, uint64_t index, double d
 // ---- Passes ---------------------------------------------------------------------------------------------------------
 
 typedef void pass_check(struct step_bench *bench, enum input_kind kind);
-pass_check check_mix_code, check_fit_photo, check_update_code, check_fit_views;
-pass_check check_predict_visibility, check_gradient_visibility, check_reduce_visibility,
-    check_update_visibility; // likewise only with the effect `visibility`
+pass_check check_fit_photo, check_fit_views;
 pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays,
-    check_backward_field, check_gradient_weights, check_reduce_weights, check_gradient_sky, check_scatter_grid,
-    check_reduce_loss, check_update_grid, check_update_weights, check_trace_recipe;
+    check_backward_field, check_gradient_weights, check_reduce_weights, check_scatter_grid, check_reduce_loss,
+    check_update_grid, check_update_weights, check_trace_recipe;
 
 // ---- Their parts, for the tests of what is special about a pass -----------------------------------------------------
 
@@ -81,14 +79,7 @@ struct grid_state {
 struct grid_state grid_read(struct step_bench *bench);
 // Writes `quanta`, the integer gradient per feature.
 void grid_write_gradient(struct step_bench *bench, const int64_t *quanta);
-void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
-                          int64_t *quanta);
 void grid_update(struct step_bench *bench, uint32_t number);
-// Updates and holds the outcome against the reference.
-void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t number);
-void grid_check_cleared(struct step_bench *bench);
-void weights_update(struct step_bench *bench, uint32_t number);
-void weights_check_update(struct step_bench *bench, const float *d_weights, uint32_t number);
 
 // reduce_views on views of its own, on any device.
 enum { REDUCED_VIEWS = 5, REDUCED_RAYS = 3000 };

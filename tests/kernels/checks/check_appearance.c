@@ -1,25 +1,14 @@
-// The passes of photos with numbers of their own against the reference: fit_views, mix_code, fit_photo and update_code.
+// The passes of photos with exposures of their own against the reference: fit_views and fit_photo.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
 
-static const double STEP_TOLERANCE = 5e-4; // relative to a step's length: see check_optimizer.c
-static const double MOMENT_TOLERANCE = 1e-6;
-enum { UPDATES = 3, CODE_WORDS = sizeof(struct vw_code_moments) / 4 };
+enum { UPDATES = 3 };
 
-static uint32_t count_of(const struct vw_param_range *range) { return (uint32_t)(range->size_bytes / sizeof(float)); }
 static const float *values_of(const struct vw_param_range *range, const float *params) {
     return params + range->offset_bytes / sizeof(float);
-}
-
-// Returns whether the effect is off, and checks that it then has nothing of its own.
-static bool is_off(const struct vw_pass *pass, const struct vw_param_range *range, const struct vw_buffer *buffer) {
-    if (pass) return false;
-    assert_int_equal(range->size_bytes, 0);
-    assert_null(buffer);
-    return true;
 }
 
 // ---- fit_views ------------------------------------------------------------------------------------------------------
@@ -95,73 +84,6 @@ void check_fit_views(struct step_bench *bench, enum input_kind kind) {
     assert_int_equal(vw_buffer_read(r->fits, 0, fits, sizeof fits), VW_OK);
     check_fits(bench->where, r, fits);
     check_fitted_errors(bench->where, r, fits);
-}
-
-// ---- mix_code -------------------------------------------------------------------------------------------------------
-
-// Puts numbers of the kind into a range of the params on the device.
-static float *write_range(struct step_bench *bench, const struct vw_param_range *range, enum input_kind kind,
-                          struct test_random *random) {
-    float *params = step_bench_read(bench, bench->field.params);
-    input_fill(kind, random, params + range->offset_bytes / sizeof *params, count_of(range));
-    step_bench_write(bench, bench->field.params, params);
-    return params;
-}
-
-void check_mix_code(struct step_bench *bench, enum input_kind kind) {
-    const struct vw_model *model = &bench->model;
-    if (is_off(step_bench_effect_pass(bench, "mix_code"), &model->ranges[VW_SLOT_CODES],
-               bench->step.effect_buffers[VW_SLOT_CODE_SHIFT]))
-        return;
-    struct test_random random = {.seed = bench->config.seed};
-    step_bench_write_params(bench);
-    float *params = write_range(bench, &model->ranges[VW_SLOT_CODES], kind, &random);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, step_bench_effect_pass(bench, "mix_code"), NULL, 0, bench->config.width);
-    float *shift = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_SHIFT]);
-    const float *weights = values_of(&model->ranges[VW_SLOT_CODE_WEIGHTS], params),
-                *code = values_of(&model->ranges[VW_SLOT_CODES], params) + REFERENCE_CODE * bench->view;
-    for (uint32_t i = 0; i < bench->config.width; i++) {
-        double sum = 0.0, magnitude = 0.0;
-        for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
-            sum += (double)weights[i * REFERENCE_CODE + k] * code[k];
-            magnitude += fabs((double)weights[i * REFERENCE_CODE + k] * code[k]) + FLOAT_LEAST / FLOAT_ROUNDING;
-        }
-        check_value(bench->where, "code shift", i, shift[i], sum, (REFERENCE_CODE + 1.0) * FLOAT_ROUNDING * magnitude);
-    }
-    step_bench_write_params(bench);
-}
-
-// ---- Updates --------------------------------------------------------------------------------------------------------
-
-// One number as it was and as it is.
-struct number {
-    const char *name;
-    uint64_t index, visits;
-    double gradient, gradient_error, rate; // gradient of the mean loss; rate: times the learning rate
-    float value, moment1, moment2, value_after, moment1_after, moment2_after;
-};
-
-static void check_number(const struct step_bench *bench, const struct number *it) {
-    const struct vw_specialization *s = &bench->model.specialization;
-    double moment1 = it->moment1, moment2 = it->moment2, epsilon = (double)s->gradient_quantum * s->inverse_rays;
-    double moved = it->rate * reference_adam(s, it->gradient, it->visits, &moment1, &moment2),
-           expected = it->value - moved;
-    // A gradient that is off by so much moves the number by at most so much of a step.
-    double direction_error = it->gradient_error / (sqrt(moment2 / (1.0 - pow(s->beta2, (double)it->visits))) + epsilon);
-    if (s->optimizer == OPTIMIZER_SGD) direction_error = it->gradient_error;
-    double tolerance = STEP_TOLERANCE * fabs(moved) +
-                       4.0 * it->rate * s->learning_rate * (direction_error + FLOAT_LEAST / epsilon) +
-                       2.0 * FLOAT_ROUNDING * fabs(expected);
-    check_value(bench->where, it->name, it->index, it->value_after, expected, tolerance);
-    if (s->optimizer == OPTIMIZER_SGD) return;
-    check_value(bench->where, "second moment", it->index, it->moment2_after, moment2,
-                MOMENT_TOLERANCE * moment2 + 4.0 * it->gradient_error * (fabs(it->gradient) + it->gradient_error) +
-                    2.0 * FLOAT_LEAST);
-    if (s->momentum)
-        check_value(bench->where, "first moment", it->index, it->moment1_after, moment1,
-                    MOMENT_TOLERANCE * (fabs(it->moment1) + fabs(it->gradient)) + it->gradient_error +
-                        2.0 * FLOAT_LEAST);
 }
 
 static void check_untouched(const struct step_bench *bench, const char *what, const void *after, const void *before,
@@ -386,7 +308,7 @@ static void check_dark(struct step_bench *bench, struct visit *visit) {
 
 void check_fit_photo(struct step_bench *bench, enum input_kind kind) {
     struct vw_buffer *sums = bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS];
-    if (is_off(step_bench_effect_pass(bench, "fit_photo"), &bench->model.ranges[VW_SLOT_APPEARANCE], sums)) return;
+    if (!step_bench_effect_pass(bench, "fit_photo")) return;
     struct test_random random = {.seed = bench->config.seed};
     struct visit visit = {.rays = test_allocate(bench->step.padded_rays, sizeof *visit.rays),
                           .rendered = test_allocate(bench->step.padded_rays, sizeof *visit.rendered)};
@@ -410,134 +332,6 @@ void check_fit_photo(struct step_bench *bench, enum input_kind kind) {
         check_not_finite(bench, &visit);
         check_dark(bench, &visit);
     }
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    step_bench_write_params(bench);
-}
-
-// ---- update_code ----------------------------------------------------------------------------------------------------
-
-static uint32_t visits_before(enum input_kind kind) {
-    return kind == INPUT_SATURATING ? INT32_MAX - 1 : kind == INPUT_LARGE ? 1000000 : 0;
-}
-
-static void write_visits(struct step_bench *bench, struct vw_buffer *moments, uint32_t words, uint32_t visits) {
-    uint32_t *zeros = test_allocate(vw_buffer_size_bytes(moments), 1);
-    for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++)
-        zeros[words * view + words - 1] = visits;
-    step_bench_write(bench, moments, zeros);
-}
-
-// All the pass reads and writes.
-struct code_state {
-    float *params, *weight_moments, *moments;
-};
-
-static struct code_state read_code(struct step_bench *bench) {
-    return (struct code_state){step_bench_read(bench, bench->field.params),
-                               step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_WEIGHT_MOMENTS]),
-                               step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS])};
-}
-
-static void check_code_weights(const struct step_bench *bench, const double *d_shift, uint32_t step,
-                               const struct code_state *before, const struct code_state *after) {
-    const struct vw_param_range *range = &bench->model.ranges[VW_SLOT_CODE_WEIGHTS];
-    const float *code = values_of(&bench->model.ranges[VW_SLOT_CODES], before->params) + REFERENCE_CODE * bench->view;
-    uint32_t count = count_of(range);
-    for (uint32_t i = 0; i < count; i++) {
-        double gradient = d_shift[i / REFERENCE_CODE] * code[i % REFERENCE_CODE];
-        check_number(bench, &(struct number){.name = "code weight",
-                                             .index = i,
-                                             .visits = step,
-                                             .gradient = gradient,
-                                             .gradient_error = 3.0 * FLOAT_ROUNDING * fabs(gradient) + FLOAT_LEAST,
-                                             .rate = 1.0,
-                                             .value = values_of(range, before->params)[i],
-                                             .moment1 = before->weight_moments[i],
-                                             .moment2 = before->weight_moments[count + i],
-                                             .value_after = values_of(range, after->params)[i],
-                                             .moment1_after = after->weight_moments[i],
-                                             .moment2_after = after->weight_moments[count + i]});
-    }
-}
-
-static void check_code(const struct step_bench *bench, const double *d_shift, const struct code_state *before,
-                       const struct code_state *after) {
-    const float *own = before->moments + CODE_WORDS * bench->view,
-                *own_after = after->moments + CODE_WORDS * bench->view;
-    const float *weights = values_of(&bench->model.ranges[VW_SLOT_CODE_WEIGHTS], before->params);
-    uint32_t visits, visits_after;
-    memcpy(&visits, own + 2 * REFERENCE_CODE, 4);
-    memcpy(&visits_after, own_after + 2 * REFERENCE_CODE, 4);
-    check_value(bench->where, "visits of the code", bench->view, visits_after,
-                visits < INT32_MAX ? visits + 1.0 : INT32_MAX, 0.0);
-    for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
-        uint32_t at = REFERENCE_CODE * bench->view + k;
-        double value = values_of(&bench->model.ranges[VW_SLOT_CODES], before->params)[at],
-               gradient = reference_photo_ridge * value, magnitude = fabs(gradient);
-        for (uint32_t i = 0; i < bench->config.width; i++) {
-            gradient += d_shift[i] * weights[i * REFERENCE_CODE + k];
-            magnitude += fabs(d_shift[i] * weights[i * REFERENCE_CODE + k]);
-        }
-        check_number(bench,
-                     &(struct number){.name = "code",
-                                      .index = k,
-                                      .visits = visits_after,
-                                      .gradient = gradient,
-                                      .gradient_error = 70.0 * FLOAT_ROUNDING * magnitude + 64.0 * FLOAT_LEAST,
-                                      .rate = reference_photo_rate(visits_after),
-                                      .value = (float)value,
-                                      .moment1 = own[k],
-                                      .moment2 = own[REFERENCE_CODE + k],
-                                      .value_after = values_of(&bench->model.ranges[VW_SLOT_CODES], after->params)[at],
-                                      .moment1_after = own_after[k],
-                                      .moment2_after = own_after[REFERENCE_CODE + k]});
-    }
-}
-
-static void update_code(struct step_bench *bench, const float *d_weights, uint32_t step) {
-    const struct vw_param_range *codes = &bench->model.ranges[VW_SLOT_CODES];
-    struct vw_push_update push = {.step_low = step, .adam = vw_adam_of(&bench->model.specialization)};
-    double d_shift[REFERENCE_WIDTH_MAX];
-    for (uint32_t i = 0; i < bench->config.width; i++)
-        d_shift[i] = (double)d_weights[reference_block_index(&bench->model.specialization, 2, i, 0)] *
-                     bench->model.specialization.inverse_rays;
-    struct code_state before = read_code(bench);
-    step_bench_write(bench, bench->step.d_weights, d_weights);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_code"), &push, sizeof push, 1);
-    struct code_state after = read_code(bench);
-    uint32_t photos = reference_photo_count(&bench->model);
-    check_code_weights(bench, d_shift, step, &before, &after);
-    check_code(bench, d_shift, &before, &after);
-    check_same_bits(bench->where, "what comes before the codes", after.params, before.params,
-                    bench->model.ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes);
-    check_untouched(bench, "other photos' codes", values_of(codes, after.params), values_of(codes, before.params),
-                    photos, 4 * REFERENCE_CODE);
-    check_untouched(bench, "other codes' moments", after.moments, before.moments, photos,
-                    sizeof(struct vw_code_moments));
-}
-
-void check_update_code(struct step_bench *bench, enum input_kind kind) {
-    if (is_off(step_bench_effect_pass(bench, "update_code"), &bench->model.ranges[VW_SLOT_CODE_WEIGHTS],
-               bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS]))
-        return;
-    struct test_random random = {.seed = bench->config.seed};
-    uint32_t count = 4 * bench->model.weight_columns;
-    float *d_weights = test_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
-    float *zeros = test_allocate(2 * bench->model.ranges[VW_SLOT_CODE_WEIGHTS].size_bytes, 1);
-    step_bench_write_params(bench);
-    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_CODE_WEIGHT_MOMENTS], zeros);
-    write_visits(bench, bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS], CODE_WORDS, visits_before(kind));
-    for (uint32_t i = 1; i <= UPDATES; i++) {
-        for (uint32_t k = 0; k < count; k++) d_weights[k] = k % 7 == 3 ? 0.0f : 16.0f * input_draw(kind, &random);
-        update_code(bench, d_weights, i);
-    }
-    struct code_state before = read_code(bench);
-    struct vw_push_update push = {.step_low = 9, .adam = vw_adam_of(&bench->model.specialization)};
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = 1, .view = bench->view});
-    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_code"), &push, sizeof push, 1);
-    struct code_state after = read_code(bench);
-    check_same_bits(bench->where, "params of a skipped step", after.params, before.params, bench->model.param_bytes);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write_params(bench);
 }

@@ -55,8 +55,8 @@ static int64_t draw_quanta(enum input_kind kind, struct test_random *random, boo
 }
 
 // Draws a gradient with a third of the pairs silent and some others with one silent feature.
-void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
-                          int64_t *quanta) {
+static void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
+                                 int64_t *quanta) {
     for (uint64_t i = 0; i < 2 * (uint64_t)bench->model.pair_count; i++) {
         quanta[i] = draw_quanta(kind, random, bench->model.specialization.wide_gradient);
         if (i / 2 % 3 == 1 || i % 17 == 3) quanta[i] = 0;
@@ -121,7 +121,7 @@ static void check_pair(const struct step_bench *bench, const int64_t *quanta, ui
     check_value(bench->where, "visits", pair, after->visits[pair], expected->visits[pair], 0.0);
 }
 
-void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t number) {
+static void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t number) {
     uint64_t features = 2 * (uint64_t)bench->model.pair_count;
     struct grid_state before = grid_read(bench), expected = grid_read(bench);
     grid_write_gradient(bench, quanta);
@@ -136,7 +136,7 @@ void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t
                     bench->model.param_bytes - bench->model.grid.size_bytes);
 }
 
-void grid_check_cleared(struct step_bench *bench) {
+static void grid_check_cleared(struct step_bench *bench) {
     uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
     for (uint64_t i = 0; i < vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid) / 8; i++)
         if (words[i]) fail_msg("%s: gradient word %llu was not cleared", bench->where, (unsigned long long)i);
@@ -182,19 +182,15 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
 
 // ---- update_weights -------------------------------------------------------------------------------------------------
 
-void weights_update(struct step_bench *bench, uint32_t number) {
-    struct vw_push_update push = {
-        .count = bench->model.moved_columns, .step_low = number, .adam = vw_adam_of(&bench->model.specialization)};
-    step_bench_dispatch(bench, bench->step.update_weights, &push, sizeof push, push.count);
-}
-
-void weights_check_update(struct step_bench *bench, const float *d_weights, uint32_t number) {
+static void weights_check_update(struct step_bench *bench, const float *d_weights, uint32_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
     uint32_t count = 4 * bench->model.moved_columns, offset = (uint32_t)(bench->model.weights.offset_bytes / 4);
     float *before = step_bench_read(bench, bench->field.params),
           *moments_before = step_bench_read(bench, bench->step.weight_moments);
+    struct vw_push_update push = {
+        .count = bench->model.moved_columns, .step_low = number, .adam = vw_adam_of(&bench->model.specialization)};
     step_bench_write(bench, bench->step.d_weights, d_weights);
-    weights_update(bench, number);
+    step_bench_dispatch(bench, bench->step.update_weights, &push, sizeof push, push.count);
     float *after = step_bench_read(bench, bench->field.params),
           *moments = step_bench_read(bench, bench->step.weight_moments);
     for (uint32_t i = 0; i < count; i++) {

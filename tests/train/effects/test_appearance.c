@@ -1,39 +1,16 @@
 // Photos with an exposure and a code of their own, in whole trainings: what is learned, what stays, and that validation
-// remains a function of the params.
+// remains a function of the params. Hard cases: halves of validation photos that are flat or hold few rays, and gains
+// by which pixels cannot be divided. Photos that are black, masked or saturated: check_fit_photo() and
+// test_hard_photos.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "reference/reference.h"
+#include "hard_cases/hard_step.h"
 #include "support/exposed_scene.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 #include "train/validation/measure_views.h"
-
-static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
-
-// Off, there is nothing of it.
-TEST(what_is_off_takes_no_room) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config_with("none");
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
-    test_trainer_has_no_effects(trainer);
-    assert_null(trainer->validation.view_fit.pass);
-    assert_null(trainer->validation.view_fit.fits);
-    assert_int_equal(trainer->model.ranges[VW_SLOT_APPEARANCE].size_bytes +
-                         trainer->model.ranges[VW_SLOT_CODE_WEIGHTS].size_bytes +
-                         trainer->model.ranges[VW_SLOT_CODES].size_bytes,
-                     0);
-    assert_int_equal(trainer->model.param_bytes, trainer->model.grid.size_bytes + trainer->model.weights.size_bytes);
-    uint64_t bare = trainer->model.param_count;
-    const uint64_t more[] = {6 * 5, 48 * (16 + 5), 6 * 5 + 48 * (16 + 5)};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
-        config = test_config_with(forms[i]);
-        trainer = test_trainer_create(scene, &config, true, 1);
-        assert_int_equal(trainer->model.param_count, bare + more[i]);
-        test_release(trainer);
-    }
-}
 
 // The pixels of both halves, and that --val-rays counts those that are scored.
 TEST(halves_share_no_column) {
@@ -193,4 +170,132 @@ TEST_CASES(a_code_is_fitted_and_taken_away, form, 2) {
     vw_evaluator_destroy(&evaluator);
 }
 
-TEST_GROUP(NULL, test_gpu_close)
+// ---- Hard cases -----------------------------------------------------------------------------------------------------
+
+// Share of gains, biases and colours of order 1: float sums of up to 3,000 products.
+static const double FIT_TOLERANCE = 2e-5;
+
+static const struct step_case setup = {
+    .name = "photos of their own", .seed = 371, HARD_STEP, .effects = "appearance,appearance_code"};
+
+// Checks that the device fits hand-made rays of one view (index REDUCED_VIEWS - 1) as the reference does.
+static void check_fit(struct hard_finding *finding, struct view_reduction *r, struct step_bench *bench,
+                      struct vw_appearance *fit) {
+    static double rendered[REDUCED_RAYS], target[REDUCED_RAYS];
+    const struct vw_ray_range *range = &reduced_ranges[REDUCED_VIEWS - 1];
+    struct vw_push_reduce push = {.count = REDUCED_VIEWS};
+    struct vw_appearance fits[REDUCED_VIEWS];
+    step_bench_write(bench, r->rays, r->ray_data);
+    step_bench_write(bench, r->colours, r->colour_data);
+    step_bench_dispatch(bench, r->fit_pass, &push, sizeof push, 64 * REDUCED_VIEWS);
+    assert_int_equal(vw_buffer_read(r->fits, 0, fits, sizeof fits), VW_OK);
+    *fit = fits[REDUCED_VIEWS - 1];
+    for (int c = 0; c < 3; c++) {
+        double gain, bias;
+        uint32_t count = 0;
+        for (uint32_t i = range->first; i < range->first + range->count; i++) {
+            if (r->ray_data[i].target_weight.w == 0.0f) continue;
+            rendered[count] = (&r->colour_data[i].x)[c];
+            target[count++] = (&r->ray_data[i].target_weight.x)[c];
+        }
+        reference_fit_channel(rendered, target, count, &gain, &bias);
+        hard_compare(finding, "fitted gain", (uint64_t)c, (&fit->gain.x)[c], gain, 1.0 + fabs(gain), FIT_TOLERANCE);
+        hard_compare(finding, "fitted bias", (uint64_t)c, (&fit->bias.x)[c], bias, 1.0 + fabs(bias), FIT_TOLERANCE);
+    }
+}
+
+static void fill(struct view_reduction *r, vw_float4 colour, vw_float4 target) {
+    for (uint32_t i = 0; i < REDUCED_RAYS; i++) {
+        r->colour_data[i] = colour;
+        r->ray_data[i].target_weight = target;
+    }
+}
+
+static void flat_halves(struct hard_finding *finding) {
+    struct step_bench *bench = step_bench_open(&setup);
+    struct view_reduction *r = reduction_open(bench->gpu, true);
+    struct vw_appearance fit;
+    fill(r, (vw_float4){0.5f, 0.0f, 1.0f, 0.0f},
+         (vw_float4){0.3f, 0.4f, 1.0f, 1.0f}); // red differs, green is rendered black, blue fits
+    check_fit(finding, r, bench, &fit);
+    hard_require(finding, fabsf(fit.gain.x) < 0.2f && fabsf((1.0f + fit.gain.x) * 0.5f + fit.bias.x - 0.3f) < 1e-3f,
+                 "a flat half is met, with a gain near 1");
+    hard_require(finding, fit.gain.y == 0.0f && fabsf(fit.bias.y - 0.4f) < 1e-3f,
+                 "where black is rendered, only a bias can help");
+    hard_require(finding, fit.gain.z == 0.0f && fit.bias.z == 0.0f, "what fits is left as it is");
+    fill(r, (vw_float4){0.5f, 0.5f, 0.5f, 0.0f}, (vw_float4){0.3f, 0.4f, 0.6f, 0.0f}); // no ray counts
+    check_fit(finding, r, bench, &fit);
+    hard_require(finding, fit.gain.x == 0.0f && fit.bias.x == 0.0f, "without a ray nothing is fitted");
+    r->ray_data[2000].target_weight.w = 1.0f;
+    check_fit(finding, r, bench, &fit);
+    fill(r, (vw_float4){1.0f, 1.0f, 1.0f, 0.0f},
+         (vw_float4){1.0f, 0.0f, 1.0f, 1.0f}); // saturated, but for half of the rays
+    for (uint32_t i = 0; i < REDUCED_RAYS; i += 2) r->colour_data[i] = (vw_float4){1e-7f, 0.999999f, 1e3f, 0.0f};
+    check_fit(finding, r, bench, &fit);
+}
+
+// Checks narrow photos: one column has no halves and is refused by name; two and three are a left and a right column,
+// the third is in neither.
+static void few_columns(struct hard_finding *finding) {
+    struct vw_config config = test_config_with("appearance");
+    struct vw_trainer *trainer = NULL;
+    for (uint32_t width_px = 9; width_px >= 1; width_px--) {
+        struct vw_scene *scene = synthetic_scene(
+            &(struct synthetic_scene_params){.train_views = 5, .val_views = 3, .width_px = width_px, .height_px = 8});
+        struct vw_pixel_columns left = vw_view_fit_left_half(scene, 0), right = vw_view_fit_right_half(scene, 0);
+        hard_equal(finding, "columns left and right", width_px, left.end - left.begin, right.end - right.begin);
+        hard_equal(finding, "columns in both halves or none", width_px, right.begin - left.end, width_px % 2);
+        hard_equal(finding, "columns in all", width_px, left.begin == 0 && right.end == width_px, 1.0);
+        if (width_px == 1)
+            ASSERT_FAILS(test_trainer_try(
+                             (struct vw_trainer_params){.scene = scene, .config = &config, .validate = true}, &trainer),
+                         VW_ERROR_INPUT, "view_005", "right half");
+    }
+}
+
+static void write_photos(struct step_bench *bench, float gain, float bias) {
+    float *photos = bench->params + bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float);
+    for (uint32_t i = 0; i < 8 * bench->scene->view_count; i++) photos[i] = i % 4 == 3 ? 0.0f : i % 8 < 4 ? gain : bias;
+    step_bench_write_params(bench);
+}
+
+static void write_colour(struct step_bench *bench, float colour, float weight) {
+    for (uint32_t i = 0; i < bench->config.rays; i++) {
+        bench->pixels[i].view = bench->view;
+        bench->pixels[i].rgba = (vw_float4){colour, colour, colour, 1.0f};
+        bench->pixels[i].weight = weight;
+    }
+    hard_write_pixels(bench);
+}
+
+// Checks a step from photos whose gains and biases are these; a photo for which it is taken is as others after it.
+static void one_step_from(struct hard_finding *finding, float gain, float bias) {
+    struct step_bench *bench = step_bench_open(&setup);
+    write_photos(bench, gain, bias);
+    write_colour(bench, 0.5f, 1.0f);
+    const struct hard_gradients gradients = hard_take_gradients(bench, 1);
+    const struct hard_state before = hard_state_read(bench);
+    step_bench_step(bench, 1);
+    const struct hard_state after = hard_state_read(bench);
+    const struct reference_photo photo = reference_photo_of(&bench->model, after.grid.grid, bench->view);
+    hard_require(finding, !after.skipped, "a corrected colour stays between black and white, and the loss finite");
+    hard_check_update(finding, bench, 1, &gradients, &before, &after);
+    for (int c = 0; c < 3; c++)
+        hard_require(finding, fabs(photo.gain[c]) < 1.0 && fabs(photo.bias[c]) < 1.0, "a huge gain comes back at once");
+    test_release(bench);
+}
+
+// Checks gains by which pixels become next to 0, and biases far beyond white.
+static void huge_gains(struct hard_finding *finding) {
+    const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f};
+    const float biases[] = {1e8f, 1e30f, -3e38f};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(gains); i++) one_step_from(finding, gains[i], 0.0f);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(biases); i++) one_step_from(finding, 0.0f, biases[i]);
+}
+
+static const struct hard_case hard[] = {
+    {"flat left half, or no ray in it", "0/0 in the fit; gains of anything", flat_halves},
+    {"validation photos of 1 to 9 columns", "columns in both halves, or halves of none", few_columns},
+    {"gains and biases of 10^8 to 10^38", "targets and losses that are not finite", huge_gains},
+};
+HARD_CASES("appearance", hard)

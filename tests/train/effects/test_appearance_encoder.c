@@ -1,12 +1,171 @@
-// The effect appearance_encoder in whole trainings: every view has the code of its own photo, whole views show it their
-// left halves alone, and it learns photos that differ in exposure. (What all effects promise: test_effect_promises.)
+// The effect appearance_encoder: thumbnails and its passes against the reference, with both fields, and the reference's
+// gradient against finite differences. What its code does to a field is held against the same weights without it. In
+// whole trainings every view has the code of its own photo, and whole views show it their left halves alone. Hard
+// cases: photos that are masked, of one colour or of one pixel; networks that are dead, or beyond the floats.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "gpu/compute.h"
+#include "hard_cases/hard_step.h"
+#include "support/encoder_check.h"
 #include "support/trainer_fixture.h"
 #include "train/effects/appearance_encoder.h"
 #include "train/trainer.h"
+
+static const struct step_case cases[] = {
+    {.name = "hash", .seed = 501, .rays = 16, .samples = 16},
+    {.name = "hash, 7 samples, as on GPUs",
+     .seed = 502,
+     .rays = 30,
+     .samples = 7,
+     .width = 64,
+     .levels = 2,
+     .loss = VW_LOSS_L2,
+     .as_on_gpus = true,
+     .effects = "background"},
+    {.name = "hash, other effects",
+     .seed = 503,
+     .rays = 16,
+     .samples = 16,
+     .width = 16,
+     .loss = VW_LOSS_HUBER,
+     .effects = "sky,visibility"},
+    {.name = "mlp", .seed = 504, .field = VW_FIELD_MLP, .mlp_depth = 2, .width = 40, .rays = 16, .samples = 16},
+    {.name = "mlp, transients",
+     .seed = 505,
+     .field = VW_FIELD_MLP,
+     .mlp_depth = 2,
+     .width = 24,
+     .rays = 16,
+     .samples = 16,
+     .loss = VW_LOSS_L2,
+     .effects = "transient"},
+};
+
+static struct step_bench *open_case(size_t index, bool with) {
+    struct step_case setup = cases[index];
+    if (with) setup.another_effect = "appearance_encoder";
+    return step_bench_open(&setup);
+}
+
+TEST_CASES(passes_are_the_references, i, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(i, true);
+    struct hard_finding finding = {.where = bench->where};
+    encoder_check(&finding, bench, 3);
+}
+
+// ---- Thumbnails -----------------------------------------------------------------------------------------------------
+
+static void check_thumbnail(uint32_t width_px, uint32_t height_px, bool masked) {
+    static double expected[THUMBNAIL_PIXELS][4];
+    static vw_float4 found[THUMBNAIL_PIXELS];
+    struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 2, .val_views = 1, .width_px = width_px, .height_px = height_px, .alpha = true});
+    struct vw_view *view = &scene->views[1];
+    if (masked) view->mask = vw_allocate((size_t)width_px * height_px, 1); // bytes to be chosen
+    for (uint32_t i = 0; masked && i < width_px * height_px; i++) view->mask[i] = i % 3 ? VW_MASK_KEEP : VW_MASK_HIDE;
+    for (int half = 0; half < 2; half++) {
+        const struct vw_thumbnail_choice choice = {{half ? width_px / 2 : 0, width_px}, half == 0};
+        vw_thumbnail_make(view, &choice, found);
+        reference_thumbnail(view, choice.columns.begin, width_px, choice.masks, expected);
+        for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
+            check_value("thumbnail", "red", i, found[i].x, expected[i][0], 1e-6);
+            check_value("thumbnail", "green", i, found[i].y, expected[i][1], 1e-6);
+            check_value("thumbnail", "blue", i, found[i].z, expected[i][2], 1e-6);
+            check_value("thumbnail", "share that counts", i, found[i].w, expected[i][3], 1e-6);
+        }
+    }
+}
+
+TEST(thumbnails_are_area_means) {
+    check_thumbnail(64, 96, false);
+    check_thumbnail(37, 50, true);
+    check_thumbnail(5, 3, true);
+    check_thumbnail(1, 1, false);
+}
+
+// ---- Finite differences ---------------------------------------------------------------------------------------------
+
+// A photo as the reference encodes it, with the gradient by the shift that its loss has.
+struct encoding {
+    double *network;
+    uint32_t width;
+    double d_shift[REFERENCE_WIDTH_MAX];
+    struct reference_photo_encoding *photo;
+};
+
+static double loss_of(void *of) {
+    const struct encoding *it = of;
+    double loss = 0.0;
+    reference_encode_photo(it->network, it->width, it->photo);
+    for (uint32_t unit = 0; unit < it->width; unit++) loss += it->d_shift[unit] * it->photo->shift[unit];
+    return loss;
+}
+
+TEST(the_references_gradient_is_the_slope) {
+    struct step_bench *bench = open_case(0, true);
+    struct test_random random = {.seed = 77};
+    struct encoding it = {.width = 4 * bench->model.specialization.width4,
+                          .network = encoder_network(bench, bench->params)};
+    const uint32_t columns[] = {
+        0, ENCODER_LAYER2, ENCODER_LAYER3, ENCODER_CODE, ENCODER_SHIFT, VW_ENCODER_COLUMNS(it.width / 4)};
+    const struct slope_check check = {bench->where, loss_of, &it, 1e-7, 1e-3, 0.0};
+    double *exact = test_allocate(4 * (size_t)columns[5], sizeof *exact);
+    it.photo = encoder_reference(bench, it.network, 1);
+    for (uint32_t i = 0; i < it.width; i++) it.d_shift[i] = test_random_next(&random);
+    reference_encode_photo_gradient(it.network, it.width, it.photo, it.d_shift, exact);
+    for (int part = 0; part < 5; part++) {
+        size_t first = 4 * (size_t)columns[part], count = 4 * (size_t)columns[part + 1] - first;
+        float *gradient = test_allocate(count, sizeof *gradient);
+        for (size_t i = 0; i < count; i++) gradient[i] = (float)exact[first + i];
+        assert_true(check_slope(&check, "part of the network", it.network + first, gradient, count) > 0.0);
+    }
+}
+
+// ---- What the code does to a field ----------------------------------------------------------------------------------
+
+// Sets the params of `without` to those of `with`, whose code is added to the weights that it shifts.
+static void fold_code(struct step_bench *with, struct step_bench *without) {
+    const struct vw_specialization *s = &with->model.specialization;
+    float *shift = step_bench_read(with, with->field.effect_buffers[VW_SLOT_CODE_SHIFT]), *params = without->params;
+    memcpy(params, with->params, with->model.weights.offset_bytes + 16 * (size_t)s->encoder_column);
+    params += with->model.weights.offset_bytes / sizeof *params;
+    for (uint32_t unit = 0; unit < 4 * s->width4; unit++)
+        params[4 * (s->shift_column + s->shift_stride * (unit / 4)) + unit % 4] += shift[unit];
+    step_bench_write_params(without);
+}
+
+static void render(struct step_bench *bench, vw_float4 *colours) {
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+    assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
+}
+
+// Photos 0 and 1 of a bench have half of the rays each. A step takes photo 1's code; renders take each its own.
+TEST_CASES(codes_shift_the_colour_network, i, VW_ARRAY_COUNT(cases)) {
+    if (vw_word_list_has(cases[i].effects, "visibility") || vw_word_list_has(cases[i].effects, "transient"))
+        return; // their params lie elsewhere without the effect
+    struct step_bench *with = open_case(i, true), *without = open_case(i, false);
+    uint32_t rays = with->config.rays;
+    vw_float4 *seen = test_allocate(rays, sizeof *seen), *expected = test_allocate(rays, sizeof *expected);
+    memcpy(without->pixels, with->pixels, rays * sizeof *with->pixels);
+    memcpy(vw_buffer_map(without->pixel_buffer), with->pixels, rays * sizeof *with->pixels);
+    step_bench_gradients(with, 3);
+    fold_code(with, without);
+    step_bench_gradients(without, 3);
+    float *losses = step_bench_read(with, with->step.ray_loss),
+          *losses_without = step_bench_read(without, without->step.ray_loss);
+    check_same_bits(with->where, "losses", losses, losses_without, rays * sizeof *losses);
+    render(with, seen); // ends with photo 0's code
+    for (uint32_t view = 0; view < 2; view++) {
+        fold_code(with, without);
+        render(without, expected);
+        for (uint32_t ray = 0; ray < rays; ray++)
+            if (with->pixels[ray].view == view)
+                check_same_bits(with->where, "colour", &seen[ray], &expected[ray], sizeof *seen);
+        step_bench_gradients(with, 3); // photo 1's code
+    }
+}
 
 // ---- Codes of views -------------------------------------------------------------------------------------------------
 
@@ -90,47 +249,98 @@ TEST(whole_views_show_their_left_halves) {
     free(renders[1]);
 }
 
-// ---- Beside others --------------------------------------------------------------------------------------------------
+// ---- Hard cases -----------------------------------------------------------------------------------------------------
 
-// Its weight is part of what a run is.
-TEST(the_weight_of_consistency_is_in_the_config) {
-    struct vw_config config = vw_config_default, read = vw_config_default;
-    char *text = vw_config_to_json(&config, true);
-    assert_non_null(strstr(text, "\"consistency_weight\":0.0"));
-    free(text);
-    config.consistency_weight = 0.001;
-    text = vw_config_to_json(&config, true);
-    assert_non_null(strstr(text, "\"consistency_weight\":0.001"));
-    free(text);
-    text = vw_config_to_json(&config, false);
-    ASSERT_OK(vw_config_from_json(text, &read));
-    assert_true(read.consistency_weight == 0.001);
-    free(text);
-    config.consistency_weight = -0.001;
-    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+static const struct step_case setup = {.name = "encoder",
+                                       .seed = 521,
+                                       .rays = 32,
+                                       .samples = 16,
+                                       .levels = 4,
+                                       .log2_table = 8,
+                                       .width = 16,
+                                       .loss = VW_LOSS_L2,
+                                       .effects = "appearance_encoder"};
+
+// Checks the encoder's part of a step on photo 1 of the scene.
+static void check_photo(struct hard_finding *finding, struct vw_scene *scene) {
+    struct step_bench *bench = step_bench_open(&setup);
+    const struct vw_thumbnail_choice whole = {vw_pixels_all_columns(scene, 1), true};
+    assert_int_equal(vw_encoder_set_thumbnail(&bench->field, scene, 1, &whole), VW_OK);
+    encoder_check(finding, bench, 1);
 }
 
-// ---- Learning -------------------------------------------------------------------------------------------------------
-
-static double trained_psnr(const struct vw_scene *scene, const char *effects) {
-    struct vw_config config = test_config_with(effects);
-    config.epochs = 20;
-    config.rays = 100;
-    config.levels = 6;
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct test_run *run = test_allocate(1, sizeof *run);
-    double psnr = 0.0;
-    test_run_finish(trainer, run);
-    for (uint32_t i = run->count - 20; i < run->count; i++) psnr += run->records[i].val_psnr / 20.0;
-    return psnr;
+static struct vw_scene *make_scene(uint32_t width_px, uint32_t height_px) {
+    return synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 4, .val_views = 2, .width_px = width_px, .height_px = height_px});
 }
 
-TEST(photos_of_their_own_exposure_are_learned) {
-    struct vw_scene *scene =
-        test_scene_open((struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/exposure.json", .downscale = 2});
-    double without = trained_psnr(scene, "none"), with = trained_psnr(scene, "appearance_encoder");
-    print_message("%.2f dB with the encoder, %.2f without\n", with, without);
-    assert_true(with > without + 1.0);
+// Checks that a masked photo's thumbnail is 0, and so the same as that of a photo of nothing but transparency.
+static void masked_photo(struct hard_finding *finding) {
+    static vw_float4 thumbnail[THUMBNAIL_PIXELS];
+    static const vw_float4 nothing[THUMBNAIL_PIXELS];
+    struct vw_scene *scene = make_scene(12, 8);
+    scene->views[1].image.unusable = vw_allocate(12 * 8, 1);
+    memset(scene->views[1].image.unusable, 1, 12 * 8);
+    vw_thumbnail_make(&scene->views[1], &(struct vw_thumbnail_choice){vw_pixels_all_columns(scene, 1), true},
+                      thumbnail);
+    hard_same_bits(finding, "thumbnail", thumbnail, nothing, sizeof nothing);
+    check_photo(finding, scene);
 }
 
-TEST_GROUP(NULL, test_gpu_close)
+static void photos_of_one_colour(struct hard_finding *finding) {
+    struct vw_scene *scene = make_scene(12, 8);
+    memset(scene->views[1].image.pixels, 255, (size_t)12 * 8 * 4);
+    check_photo(finding, scene);
+}
+
+static void photos_of_one_pixel(struct hard_finding *finding) { check_photo(finding, make_scene(1, 1)); }
+
+static float *network_of(struct step_bench *bench) {
+    return bench->params + vw_encoder_network(&bench->model).offset_bytes / 4;
+}
+
+// Checks convolutions no unit of which is above 0: the code is that of the biases, which alone have gradients before
+// it.
+static void dead_units(struct hard_finding *finding) {
+    static const uint32_t biases[] = {ENCODER_LAYER2 - ENCODER4, ENCODER_LAYER3 - ENCODER4, ENCODER_CODE - ENCODER4};
+    for (size_t layer = 0; layer < VW_ARRAY_COUNT(biases); layer++) {
+        struct step_bench *bench = step_bench_open(&setup);
+        float *network = network_of(bench);
+        for (uint32_t i = 0; i < 4 * ENCODER4; i++) network[4 * biases[layer] + i] = -1e3f;
+        step_bench_write_params(bench);
+        encoder_check(finding, bench, 1);
+        float *d_weights = step_bench_read(bench, bench->step.d_weights),
+              *own = d_weights + 4 * (size_t)bench->model.specialization.encoder_column;
+        double most = 0.0;
+        for (uint32_t i = 0; i < 4 * biases[layer]; i++) hard_equal(finding, "gradient before it", i, own[i], 0.0);
+        for (uint32_t k = 0; k < REFERENCE_CODE; k++) most = fmax(most, fabs(own[4 * ENCODER_CODE_BIAS + k]));
+        hard_require(finding, most > 0.0, "biases of the code have a gradient");
+        test_release(bench);
+    }
+}
+
+// Checks that codes that are not finite, which make colours that are not, skip the step, also where pictures take part.
+static void infinite_codes(struct hard_finding *finding) {
+    for (int consistent = 0; consistent < 2; consistent++) {
+        struct step_case c = setup;
+        c.consistency_weight = consistent;
+        struct step_bench *bench = step_bench_open(&c);
+        float *network = network_of(bench);
+        for (uint32_t k = 0; k < REFERENCE_CODE; k++) network[4 * ENCODER_CODE_BIAS + k] = 3e38f;
+        for (uint32_t i = 0; i < 16 * CODE4 * bench->model.specialization.width4; i++)
+            network[4 * ENCODER_SHIFT + i] = i % 2 ? 1e3f : -1e3f;
+        step_bench_check_skipped(bench, 1);
+        hard_require(finding, hard_state_read(bench).skipped, "the step is skipped");
+        hard_equal(finding, "flag", 0, hard_state_read(bench).scalars.z, 1.0);
+        test_release(bench);
+    }
+}
+
+static const struct hard_case hard[] = {
+    {"all pixels of a photo masked", "a mean over nothing", masked_photo},
+    {"photos of one colour", "0/0 where nothing differs", photos_of_one_colour},
+    {"photos of one pixel", "a pixel that fills all of a thumbnail", photos_of_one_pixel},
+    {"units that are never above 0", "0/0 in Adam; a code that cannot move", dead_units},
+    {"codes beyond the floats", "a step that no flag tells", infinite_codes},
+};
+HARD_CASES("encoder", hard)

@@ -18,23 +18,42 @@ static void read_params(const struct vw_trainer *trainer, char *bytes, uint64_t 
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, bytes, size_bytes));
 }
 
+// The promises of each effect with params.
+static const struct promise {
+    const char *effects;
+    enum vw_field field;
+    uint64_t params;      // for 5 train photos, and all 8 where validation needs one
+    bool field_alone;     // validation sees the field alone
+    bool refuses_lasting; // --lasting cannot go back through it
+} promises[] = {
+    {"sky", VW_FIELD_HASH, 27, false, false},
+    {"appearance", VW_FIELD_HASH, 6 * 5, false, false},
+    {"appearance_code", VW_FIELD_HASH, 48 * (16 + 5), false, false},
+    {"appearance,appearance_code", VW_FIELD_HASH, 6 * 5 + 48 * (16 + 5), false, false},
+    {"pose", VW_FIELD_HASH, 5 * 6, true, true},
+    {"visibility", VW_FIELD_HASH, 16 * 39 + 16 * 17 + 17 + 5 * 16, true, false},
+    {"uncertainty", VW_FIELD_HASH, 16 * 32 + 16 * 17 + 17, true, true},
+    {"uncertainty", VW_FIELD_MLP, 16 * 32 + 16 * 17 + 17, true, false},
+    {"transient", VW_FIELD_HASH, 16 * (16 + 16 + 1) + 16 * 17 + 5 * 17 + 16 * 5, true, true},
+    {"transient", VW_FIELD_MLP, 8 * (16 + 16 + 1) + 3 * 8 * 9 + 5 * 9 + 16 * 5, true, false},
+    {"appearance_encoder", VW_FIELD_HASH, 9 * 4 * 16 + 16 + 2 * (9 * 16 * 16 + 16) + 16 * 48 + 48 + 48 * 16, false,
+     true},
+};
+
+TEST(every_effect_promises) {
+    for (size_t i = 0; vw_effect_kinds[i]; i++) {
+        bool found = false;
+        for (size_t k = 0; k < VW_ARRAY_COUNT(promises); k++)
+            found |= !strcmp(promises[k].effects, vw_effect_kinds[i]->name);
+        if (!found) fail_msg("effect %s has no row in test_effect_promises.c", vw_effect_kinds[i]->name);
+    }
+}
+
 TEST(what_is_off_takes_no_room) {
-    static const struct {
-        const char *effects;
-        enum vw_field field;
-        uint64_t params; // for 5 train photos, and all 8 where validation needs one
-    } cases[] = {
-        {"pose", VW_FIELD_HASH, 5 * 6},
-        {"visibility", VW_FIELD_HASH, 16 * 39 + 16 * 17 + 17 + 5 * 16},
-        {"uncertainty", VW_FIELD_HASH, 16 * 32 + 16 * 17 + 17},
-        {"uncertainty", VW_FIELD_MLP, 16 * 32 + 16 * 17 + 17},
-        {"transient", VW_FIELD_HASH, 16 * (16 + 16 + 1) + 16 * 17 + 5 * 17 + 16 * 5},
-        {"transient", VW_FIELD_MLP, 8 * (16 + 16 + 1) + 3 * 8 * 9 + 5 * 9 + 16 * 5},
-        {"appearance_encoder", VW_FIELD_HASH, 9 * 4 * 16 + 16 + 2 * (9 * 16 * 16 + 16) + 16 * 48 + 48 + 48 * 16},
-    };
     struct vw_scene *scene = test_scene();
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_config off = config_with(cases[i].field, "none"), on = config_with(cases[i].field, cases[i].effects);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(promises); i++) {
+        struct vw_config off = config_with(promises[i].field, "none"),
+                         on = config_with(promises[i].field, promises[i].effects);
         off.consistency_weight = 0.001; // weight for an effect that is off
         struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                           *with = test_trainer_create(scene, &on, true, 1);
@@ -43,9 +62,11 @@ TEST(what_is_off_takes_no_room) {
         test_trainer_has_no_effects(without);
         assert_null(without->field.head_rows);
         assert_null(without->validation.evaluator.views);
+        assert_null(without->validation.view_fit.pass);
+        assert_null(without->validation.view_fit.fits);
         assert_int_equal(without->model.param_bytes, shared);
-        if (with->model.param_count - without->model.param_count != cases[i].params)
-            fail_msg("%s: %llu params", cases[i].effects,
+        if (with->model.param_count - without->model.param_count != promises[i].params)
+            fail_msg("%s: %llu params", promises[i].effects,
                      (unsigned long long)(with->model.param_count - without->model.param_count));
         read_params(without, first, shared);
         read_params(with, second, shared);
@@ -63,22 +84,23 @@ TEST(bits_do_not_depend_on_submissions_or_parts) {
         double beta1, consistency_weight;
         enum vw_loss loss;
         uint32_t importance_samples;
-        bool parts;
+        bool parts, full; // full: with --full alone
     } cases[] = {
-        {"pose", VW_FIELD_HASH, 60, 20, 0, 0, VW_LOSS_L2, 0, true},
+        {"pose", VW_FIELD_HASH, 60, 20, 0, 0, VW_LOSS_L2, 0, true, true},
         {"pose,sky,appearance,appearance_code,visibility", VW_FIELD_HASH, 60, 20, 0.9, 0, VW_LOSS_L2, 0, true},
         {"pose,distortion", VW_FIELD_HASH, 1200, 8, 0, 0, VW_LOSS_L2, 0, true},
-        {"visibility", VW_FIELD_HASH, 60, 3, 0, 0, VW_LOSS_L1, 0, false},
+        {"visibility", VW_FIELD_HASH, 60, 3, 0, 0, VW_LOSS_L1, 0, false, true},
         {"visibility,appearance,sky", VW_FIELD_HASH, 60, 3, 0.9, 0, VW_LOSS_HUBER, 0, false},
         {"uncertainty", VW_FIELD_HASH, 60, 3, 0, 0, VW_LOSS_L1, 0, true},
         {"uncertainty,appearance,sky", VW_FIELD_HASH, 1200, 3, 0.9, 0, VW_LOSS_HUBER, 0, false},
         {"appearance_encoder,uncertainty", VW_FIELD_MLP, 60, 3, 0.9, 0.01, VW_LOSS_L2, 8, false},
         {"appearance_encoder", VW_FIELD_HASH, 60, 3, 0, 0.01, VW_LOSS_L2, 0, false},
-        {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0, VW_LOSS_L2, 8, false},
+        {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0, VW_LOSS_L2, 8, false, true},
         {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0.01, VW_LOSS_L2, 8, false},
     };
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        if (cases[i].full && !test_is_full()) continue;
         struct vw_config config = config_with(cases[i].field, cases[i].effects);
         config.rays = cases[i].rays;
         config.epochs = cases[i].epochs;
@@ -99,15 +121,12 @@ TEST(bits_do_not_depend_on_submissions_or_parts) {
 // Decision 1: the params that a field has without the effect render the same with it, in train photos too, whatever the
 // effect has learned.
 TEST(validation_sees_the_field_alone) {
-    static const struct {
-        const char *effects;
-        enum vw_field field;
-    } cases[] = {{"pose", VW_FIELD_HASH},       {"visibility", VW_FIELD_HASH}, {"uncertainty", VW_FIELD_HASH},
-                 {"uncertainty", VW_FIELD_MLP}, {"transient", VW_FIELD_HASH},  {"transient", VW_FIELD_MLP}};
     struct vw_scene *scene = test_scene();
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_config on = config_with(cases[i].field, cases[i].effects), off = config_with(cases[i].field, "none");
-        on.epochs = 20;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(promises); i++) {
+        if (!promises[i].field_alone) continue;
+        struct vw_config on = config_with(promises[i].field, promises[i].effects),
+                         off = config_with(promises[i].field, "none");
+        on.epochs = 8; // cameras move after 32 steps
         struct test_run *run = test_allocate(1, sizeof *run);
         struct vw_trainer *trained = test_trainer_create(scene, &on, true, 0),
                           *plain = test_trainer_create(scene, &off, true, 0);
@@ -186,16 +205,16 @@ TEST(what_cannot_be_together_is_refused_by_name) {
 }
 
 TEST(lasting_credit_refuses_by_name) {
-    static const char *const names[] = {"pose", "transient", "appearance_encoder", "uncertainty"};
     struct vw_scene *scene = test_scene();
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(promises); i++) {
+        if (!promises[i].refuses_lasting) continue;
         char remedy[64];
-        struct vw_config config = config_with(VW_FIELD_HASH, names[i]);
+        struct vw_config config = config_with(VW_FIELD_HASH, promises[i].effects);
         struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
         training.effects = vw_trainer_effects(trainer, &training.effect_count);
         struct vw_lasting *lasting = NULL;
-        snprintf(remedy, sizeof remedy, "--effects -%s", names[i]);
+        snprintf(remedy, sizeof remedy, "--effects -%s", promises[i].effects);
         ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
                      remedy);
         test_release(trainer);

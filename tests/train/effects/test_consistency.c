@@ -1,11 +1,11 @@
 // The consistency loss beside the effect appearance_encoder, with both fields: its passes against the reference, its
 // gradients by the field against finite differences of what the device gives, and that they are added to the step's.
+// Hard cases: pictures of few rays, finer than their photos, or of masked photos, and codes that are equal.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "base/text.h"
+#include "hard_cases/hard_run.h"
 #include "support/encoder_check.h"
-#include "support/gpu_fixture.h"
 #include "train/effects/appearance_encoder.h"
 
 static const double WEIGHT = 5.0;
@@ -27,7 +27,6 @@ static const struct step_case cases[] = {
      .width = 64,
      .levels = 2,
      .loss = VW_LOSS_L2,
-
      .random_background = true,
      .as_on_gpus = true,
      .effects = "background"},
@@ -36,7 +35,6 @@ static const struct step_case cases[] = {
      .rays = 16,
      .samples = 16,
      .width = 16,
-
      .loss = VW_LOSS_HUBER,
      .effects = "sky,visibility"},
     {.name = "hash, importance samples", .seed = 617, .rays = 16, .samples = 16, .importance_samples = 16},
@@ -269,16 +267,7 @@ TEST(chunks_change_no_bit) {
         setup.another_effect = "appearance_encoder";
         setup.consistency_weight = WEIGHT;
         struct step_bench *whole = step_bench_open(&setup);
-        setup.chunk_samples = whole->model.ray_group * whole->model.ray_samples;
-        struct step_bench *parts = step_bench_open(&setup);
-        assert_true(vw_volume_step_of(&parts->step)->chunk_rays < parts->step.consistency->padded_rays);
-        take_gradients(whole);
-        take_gradients(parts);
-        double *of_whole = read_gradient(whole), *of_parts = read_gradient(parts);
-        check_same_bits(whole->where, "gradients", of_parts, of_whole,
-                        whole->model.param_bytes / sizeof(float) * sizeof *of_whole);
-        test_release(whole);
-        test_release(parts);
+        step_bench_check_chunks(&setup, whole->model.ray_group * whole->model.ray_samples, STEP);
     }
 }
 
@@ -308,4 +297,60 @@ TEST(given_photos_are_those_of_earlier_steps) {
     assert_int_equal(seen, 3);
 }
 
-TEST_GROUP(NULL, test_gpu_close)
+// ---- Hard cases -----------------------------------------------------------------------------------------------------
+
+// Trains on photos of this size with pictures of so many rays. Every step must be sound.
+static void train(struct hard_finding *finding, uint32_t width_px, uint32_t height_px, uint32_t rays, bool masked) {
+    struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 4, .val_views = 2, .width_px = width_px, .height_px = height_px});
+    struct vw_config config = hard_run_config();
+    for (uint32_t view = 0; view < 4 && masked; view++) {
+        scene->views[view].image.unusable = vw_allocate((size_t)width_px * height_px, 1);
+        memset(scene->views[view].image.unusable, 1, (size_t)width_px * height_px);
+    }
+    strcpy(config.effects, "appearance_encoder");
+    config.consistency_weight = 0.1;
+    config.rays = rays;
+    hard_equal(finding, "flagged steps", 0, hard_train(finding, scene, &config).flagged_steps, 0.0);
+}
+
+static void picture_of_one_ray(struct hard_finding *finding) {
+    train(finding, 12, 8, 1, false);
+    train(finding, 12, 8, 3, false);
+}
+
+static void rays_beside_a_picture(struct hard_finding *finding) {
+    train(finding, 12, 8, 24, false);
+    train(finding, 12, 8, 80, false);
+}
+
+static void picture_finer_than_its_photo(struct hard_finding *finding) {
+    train(finding, 5, 3, 64, false);
+    train(finding, 1, 1, 16, false);
+}
+
+// Checks that the picture is rendered all the same.
+static void pictures_of_masked_photos(struct hard_finding *finding) { train(finding, 12, 8, 16, true); }
+
+// Checks codes that are the same for all photos and pictures, as before the first step: L1 has no slope there.
+static void equal_codes(struct hard_finding *finding) {
+    struct step_bench *bench = open_case(0, 1.0);
+    float *network = bench->params + vw_encoder_network(&bench->model).offset_bytes / 4;
+    memset(network + 4 * ENCODER_CODE, 0, 4 * sizeof *network * (ENCODER_CODE_BIAS - ENCODER_CODE));
+    step_bench_write_params(bench);
+    step_bench_gradients(bench, 1);
+    struct vw_consistency_effect *it = bench->step.consistency;
+    float *own = step_bench_read(bench, it->d_weights);
+    struct vw_ray *rays = step_bench_read(bench, it->rays);
+    for (uint32_t i = 0; i < 4 * bench->model.moved_columns; i++) hard_equal(finding, "gradient", i, own[i], 0.0);
+    for (uint32_t i = 0; i < it->padded_rays; i++) hard_equal(finding, "slope", i, rays[i].target_weight.x, 0.0);
+}
+
+static const struct hard_case hard[] = {
+    {"a picture of one ray", "a thumbnail of one pixel, and padding", picture_of_one_ray},
+    {"more rays than a picture has", "rays beside it in its groups", rays_beside_a_picture},
+    {"a picture finer than its photo", "cells without a pixel", picture_finer_than_its_photo},
+    {"pictures of masked photos", "0 of rays that weigh nothing", pictures_of_masked_photos},
+    {"codes that are equal", "a slope of L1 at 0", equal_codes},
+};
+HARD_CASES("consistency of codes", hard)
