@@ -87,6 +87,7 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     uint32_t trained = train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN];
     *model = (struct vw_model){.config = config,
                                .renderer = vw_renderer_kind_of(config->field),
+                               .effect_table = vw_effect_kinds,
                                .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
                                .view_count = scene->view_count,
                                .train_views = train_views,
@@ -113,82 +114,4 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
 void vw_model_destroy(struct vw_model *model) {
     free(model->of_renderer);
     model->of_renderer = NULL;
-}
-
-// ---- Layout, and numbers that follow --------------------------------------------------------------------------------
-
-vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step) {
-    return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
-}
-
-double vw_model_decay_at_step(const struct vw_model *model, double decay, uint64_t step) {
-    uint64_t last = model->planned_steps;
-    if (decay == 1.0 || step <= 1) return 1.0;
-    return pow(decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
-}
-
-// Takes logarithms here, since a device's may be worse.
-struct vw_adam vw_adam_of(const struct vw_specialization *specialization) {
-    const struct vw_specialization *s = specialization;
-    return (struct vw_adam){s->learning_rate, s->beta1, s->beta2, log2f(s->beta1), log2f(s->beta2)};
-}
-
-double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step) {
-    return vw_model_decay_at_step(model, model->learning_rate_decay, step);
-}
-
-bool vw_model_trains_on(const struct vw_model *model, const struct vw_scene *scene, uint32_t view) {
-    if (!model->train_views) return scene->views[view].split == VW_SPLIT_TRAIN;
-    for (uint32_t low = 0, high = model->train_count; low < high;) {
-        uint32_t middle = (low + high) / 2;
-        if (model->train_views[middle] == view) return true;
-        if (model->train_views[middle] < view) low = middle + 1;
-        else high = middle;
-    }
-    return false;
-}
-
-uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays) {
-    return (uint32_t)vw_round_up(rays, model->ray_group);
-}
-
-uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count) {
-    uint32_t first = model->moved_columns;
-    assert(model->param_bytes == vw_model_columns(model, first, 0).offset_bytes); // update_weights moves all as one
-    model->moved_columns += columns;
-    model->param_bytes += sizeof(vw_float4) * (uint64_t)columns;
-    model->param_count += param_count;
-    return first;
-}
-
-struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count) {
-    return (struct vw_param_range){model->weights.offset_bytes + sizeof(vw_float4) * (uint64_t)first,
-                                   sizeof(vw_float4) * (uint64_t)count};
-}
-
-void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count) {
-    struct vw_param_range range = {vw_round_up(model->param_bytes, VW_PARAMS_ALIGNMENT_BYTES), size_bytes};
-    model->ranges[slot] = range;
-    model->param_bytes = range.offset_bytes + size_bytes;
-    model->param_count += param_count;
-}
-
-// ---- Initial values -------------------------------------------------------------------------------------------------
-
-void vw_fill_uniform(float *values, uint64_t count, uint64_t first_index, float scale, uint64_t seed) {
-    for (uint64_t i = 0; i < count; i += 4) {
-        uint32_t words[4];
-        vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, (uint32_t)((first_index + i) / 4), 0, words);
-        for (uint64_t j = 0; j < 4 && i + j < count; j++)
-            values[i + j] = scale * (2.0f * vw_random_unit(words[j]) - 1.0f);
-    }
-}
-
-float *vw_fill_weights(float *values, const struct vw_drawn *drawn, uint64_t count, float scale) {
-    vw_fill_uniform(values, count, drawn->first_index + (uint64_t)(values - drawn->weights), scale, drawn->seed);
-    return values + count;
-}
-
-float *vw_fill_matrix(float *values, const struct vw_drawn *drawn, uint32_t out4, uint32_t in4) {
-    return vw_fill_weights(values, drawn, 16 * (uint64_t)out4 * in4, sqrtf(6.0f / (4.0f * (float)in4)));
 }

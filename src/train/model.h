@@ -45,6 +45,7 @@ struct vw_model {
     // field lays them out, moved as weights are.
     struct vw_param_range coarse;
     uint32_t coarse_columns, coarse_column;                    // how many, which the field says; which is its first
+    const struct vw_effect_kind *const *effect_table;          // all of them, up to a NULL
     const struct vw_effect_kind *effects[VW_EFFECT_COUNT_MAX]; // the ones that are on, in the order of the table
     uint32_t effect_count;
     struct vw_param_range ranges[VW_SLOT_COUNT]; // the effects', by the slot that they are bound at; empty without it
@@ -133,5 +134,7 @@ struct vw_drawn {
 float *vw_fill_weights(float *values, const struct vw_drawn *drawn, uint64_t count, float scale);
 // Fills a matrix of 4x4 blocks within He's bound for layers that follow a ReLU, so that the signal keeps its size.
 float *vw_fill_matrix(float *values, const struct vw_drawn *drawn, uint32_t out4, uint32_t in4);
+// Returns whether an effect is on, in the model and here, whose buffers are in variants of the passes over rays.
+bool vw_model_has_ray_effects(const struct vw_model *model, const struct vw_specialization *specialization);
 
 #endif

@@ -63,7 +63,7 @@ struct vw_payouts {
 // fractions, ties by the photos' names. VW_ERROR_INPUT when no photo that has a worth has a provider. Free it also
 // after a failure.
 enum vw_status vw_payouts_make(const struct vw_worth_input *input, uint64_t amount_cents, struct vw_payouts *payouts);
-// Does the same for payouts that have an amount and no more, by drawn worths as vw_worth_draw() makes them, which it
+// Divides the amount of payouts that have no more yet, by drawn worths as vw_worth_draw() makes them, which it
 // overwrites.
 enum vw_status vw_payouts_divide(const struct vw_worth_input *input, double *draws, struct vw_payouts *payouts);
 void vw_payouts_free(struct vw_payouts *payouts);

@@ -41,8 +41,5 @@ const char *vw_photo_list_format(const char *to);
 bool vw_photo_list_keeps(const struct vw_listed_photo *photo);
 // Returns VW_ERROR_INPUT with the message that a photo of the list is no longer in the scene.
 enum vw_status vw_photo_list_refuse_missing(const struct vw_photo_list *list, const struct vw_listed_photo *photo);
-// Returns VW_ERROR_USAGE if the file to write exists.
-enum vw_status vw_photo_list_check_new(const struct vw_photo_list *list);
-enum vw_status vw_phototourism_write_list(const struct vw_photo_list *list);
 
 #endif

@@ -305,6 +305,11 @@ json_t *vw_pose_to_json(const double camera_to_world[3][4]) {
     return rows;
 }
 
+const char *vw_transforms_split_key(enum vw_split split) {
+    static const char *const keys[VW_SPLIT_EXCLUDED] = {"train_filenames", "val_filenames", "test_filenames"};
+    return keys[split];
+}
+
 // Warns if nerfstudio would read other lenses, or none.
 static void warn_of_lenses(const struct vw_scene *scene) {
     const char *shared = model_name(&scene->views[0].camera);

@@ -237,22 +237,6 @@ static enum vw_status read_recipe(struct vw_recipe *recipe, struct vw_scene *sce
     return reader.status;
 }
 
-enum vw_status vw_recipe_store_photo(const struct vw_recipe_photo *photo, struct vw_view *view) {
-    size_t pixel_count = (size_t)photo->width_px * photo->height_px;
-    uint8_t *bytes = vw_allocate(pixel_count, 4);
-    if (!bytes) return VW_ERROR_MEMORY;
-    view->image = (struct vw_image){
-        .width_px = photo->width_px, .height_px = photo->height_px, .format = VW_PIXEL_UINT8, .pixels = bytes};
-    for (size_t i = 0; i < pixel_count; i++) {
-        const vw_float4 *p = &photo->pixels[i].rgba;
-        const float channels[4] = {p->x, p->y, p->z, p->w};
-        for (int c = 0; c < 4; c++) bytes[4 * i + c] = (uint8_t)(channels[c] * 255 + 0.5f);
-        view->image.has_alpha |= bytes[4 * i + 3] < 255;
-    }
-    vw_sha256(bytes, 4 * pixel_count, view->sha256);
-    return VW_OK;
-}
-
 static enum vw_status make_photo(struct vw_recipe_tracer *tracer, const struct vw_recipe *recipe, uint32_t view,
                                  struct vw_scene *scene, struct vw_recipe_photo *photo, float *depths) {
     enum vw_status status = vw_recipe_trace(tracer, view, photo);

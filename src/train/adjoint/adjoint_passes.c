@@ -233,7 +233,7 @@ static enum vw_status create_step_passes(struct vw_adjoint_passes *backward) {
     const struct vw_pass_params common = vw_pass_params_of(s, bindings, count, adjoint_role);
     const struct vw_pass_row passes[] = {
         {&vw_shader_perturb_params, &backward->perturb},
-        {vw_effects_are_of_rays(model, s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays,
+        {vw_model_has_ray_effects(model, s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays,
          &backward->difference},
         {&vw_shader_reduce_adjoint, &backward->reduce},
         {&vw_shader_normalise_slopes, &backward->normalise_step},

@@ -246,7 +246,7 @@ static enum vw_status create_on_step(const struct vw_step_passes *step, const st
 static enum vw_status create_on_picture(const struct vw_step_passes *step, const struct vw_specialization *rendering,
                                         struct vw_consistency_effect *it) {
     const struct vw_specialization *given = &it->gradient.specialization;
-    const struct vw_shader *composite = vw_effects_are_of_rays(step->field->model, given)
+    const struct vw_shader *composite = vw_model_has_ray_effects(step->field->model, given)
                                             ? &vw_shader_difference_rays_effects
                                             : &vw_shader_difference_rays;
     struct vw_step_passes own = step_of_picture(step, it);

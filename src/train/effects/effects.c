@@ -18,16 +18,6 @@ enum vw_status vw_effects_initialise(const struct vw_model *model, const struct 
     return status;
 }
 
-bool vw_effects_are_of_rays(const struct vw_model *model, const struct vw_specialization *specialization) {
-    bool found = false;
-    for (uint32_t i = 0; i < model->effect_count; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        found |= kind->binds_ray_buffers && vw_effect_is_on(kind, specialization) &&
-                 (!kind->updates || kind->updates(model));
-    }
-    return found;
-}
-
 bool vw_effects_fit(const struct vw_model *model) {
     bool found = false;
     for (uint32_t i = 0; i < model->effect_count; i++) found |= model->effects[i]->fits_views;
@@ -135,8 +125,8 @@ static void bind_range(const struct vw_model *model, struct vw_buffer *params, u
 
 void vw_effects_bind(const struct vw_model *model, const struct vw_effect_buffers *buffers, struct vw_binding *bindings,
                      uint32_t *count) {
-    for (uint32_t i = 0; vw_effect_kinds[i]; i++) {
-        const struct vw_effect_kind *kind = vw_effect_kinds[i];
+    for (uint32_t i = 0; model->effect_table[i]; i++) {
+        const struct vw_effect_kind *kind = model->effect_table[i];
         struct vw_effect_buffer own[VW_EFFECT_BUFFERS_MAX];
         uint32_t own_count = list_buffers(kind, model, 0, own);
         for (uint32_t k = 0; k < own_count; k++) {

@@ -13,8 +13,6 @@ enum vw_status vw_effects_initialise(const struct vw_model *model, const struct 
 // Writes the exposures of photos that points tell (appearance.c), where the effect takes them.
 enum vw_status vw_appearance_take_exposures(const struct vw_model *model, const struct vw_scene *scene, void *params);
 
-// Returns whether an effect is on, in the model and here, whose buffers are in variants of the passes over rays.
-bool vw_effects_are_of_rays(const struct vw_model *model, const struct vw_specialization *specialization);
 // Returns whether validation fits a gain and a bias to each view.
 bool vw_effects_fit(const struct vw_model *model);
 // Returns whether validation sees a view by the view's photo.

@@ -206,7 +206,7 @@ static enum vw_status switch_off(const struct vw_config *config, struct vw_effec
 }
 
 bool vw_effect_works_with(const struct vw_effect *effect, enum vw_field field) {
-    return effect->renderers & vw_renderer_kind_of(field)->bit;
+    return effect->renderers & vw_renderer_of(field);
 }
 
 // Leaves a renderer the effects that it can have.

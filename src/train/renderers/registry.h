@@ -55,7 +55,6 @@ struct vw_renderer_evaluation {
 };
 
 struct vw_renderer_kind {
-    uint32_t bit;          // VW_RENDERER_*
     bool depth_along_axis; // depths that it renders are along the camera's axis, else along the ray
     // Sets the constants and sizes that the params are laid out by. The first to be called.
     enum vw_status (*specialise)(const struct vw_config *config, struct vw_model *model);
@@ -74,8 +73,13 @@ struct vw_renderer_kind {
 
 extern const struct vw_renderer_kind renderer_volume, renderer_splats;
 
+// Returns the VW_RENDERER_* that makes colours of a field.
+static inline uint32_t vw_renderer_of(enum vw_field field) {
+    return field == VW_FIELD_SPLATS ? VW_RENDERER_SPLATS : VW_RENDERER_VOLUME;
+}
+
 static inline const struct vw_renderer_kind *vw_renderer_kind_of(enum vw_field field) {
-    return field == VW_FIELD_SPLATS ? &renderer_splats : &renderer_volume;
+    return vw_renderer_of(field) == VW_RENDERER_SPLATS ? &renderer_splats : &renderer_volume;
 }
 
 #endif

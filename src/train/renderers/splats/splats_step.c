@@ -122,7 +122,7 @@ static enum vw_status create_step_passes(struct vw_step_passes *step) {
     params.room.pairs = vw_splats_pair_room(step->field, &params.room);
     params.bindings = bindings;
     params.binding_count = count;
-    params.ray_effects = vw_effects_are_of_rays(model, &model->specialization);
+    params.ray_effects = vw_model_has_ray_effects(model, &model->specialization);
     if (!status) status = vw_splat_drawing_create(&params, &splats->drawing);
     if (!status) status = vw_step_create_draw(step, &vw_shader_draw_pixels_tiles, splats->drawing.tiles);
     return !status ? vw_splat_gradient_create(&params, &splats->drawing, &splats->gradient) : status;

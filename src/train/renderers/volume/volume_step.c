@@ -138,7 +138,7 @@ static void bind_step(const struct vw_step_passes *step, struct vw_binding *bind
 
 static const struct vw_shader *backward_shader(const struct vw_model *model, const struct vw_specialization *s,
                                                bool transient) {
-    bool effects = vw_effects_are_of_rays(model, s);
+    bool effects = vw_model_has_ray_effects(model, s);
     if (transient) return effects ? &vw_shader_backward_transient_effects : &vw_shader_backward_transient;
     return effects ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays;
 }
