@@ -100,6 +100,24 @@ static enum vw_status check_schema(struct vw_database *database, struct vw_datab
 
 // ---- The contents --------------------------------------------------------------------------------------------------
 
+// Visits every row by every tree. A cursor refuses trees that are too deep, which quick_check follows until the stack
+// is exhausted.
+static enum vw_status check_depths(struct vw_database *database) {
+    static const char trees[] = "SELECT 'SELECT sum(1) FROM ' || tbl_name || iif(type = 'table', ' NOT INDEXED', "
+                                "' INDEXED BY ' || name) FROM sqlite_schema WHERE rootpage > 0";
+    sqlite3_stmt *list = NULL;
+    bool listed = false, found = false;
+    enum vw_status status = vw_database_prepare(database, trees, &list);
+    while (!status && !(status = vw_database_next(database, list, &listed)) && listed) {
+        sqlite3_stmt *rows = NULL;
+        status = vw_database_prepare(database, (const char *)sqlite3_column_text(list, 0), &rows);
+        if (!status) status = vw_database_next(database, rows, &found);
+        sqlite3_finalize(rows);
+    }
+    sqlite3_finalize(list);
+    return status;
+}
+
 // Finds damaged pages, and values that a column cannot store.
 static enum vw_status check_contents(struct vw_database *database, sqlite3_int64 size_bytes) {
     struct work work = {WORK_PER_BYTE * (uint64_t)size_bytes};
@@ -107,7 +125,8 @@ static enum vw_status check_contents(struct vw_database *database, sqlite3_int64
     sqlite3_stmt *statement = NULL;
     bool found = false;
     sqlite3_progress_handler(database->handle, STEPS_PER_CALL, spend_work, &work);
-    enum vw_status status = vw_database_prepare(database, "PRAGMA quick_check(1)", &statement);
+    enum vw_status status = check_depths(database);
+    if (!status) status = vw_database_prepare(database, "PRAGMA quick_check(1)", &statement);
     if (!status) status = vw_database_next(database, statement, &found);
     const char *answer = !status && found ? (const char *)sqlite3_column_text(statement, 0) : NULL;
     // If memory is short, the check lists unread parts as a fault of the file: "... error code=7".

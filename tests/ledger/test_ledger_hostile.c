@@ -167,6 +167,7 @@ FOLDER_TEST(a_tree_that_is_too_deep_is_refused) {
     AUTO_FREE char *path = record(*state);
     grow_tree(path, "score", 25, 1);
     assert_refused(path, "deep tree");
+    assert_non_null(strstr(vw_error_message(), "malformed")); // by a cursor, before quick_check
 }
 
 // ---- Rows ----------------------------------------------------------------------------------------------------------
