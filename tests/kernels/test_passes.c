@@ -158,7 +158,7 @@ static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **
         assert_int_equal(vw_spirv_read(vw_shaders[i], NULL, 0, &spirv), VW_OK);
         for (uint32_t k = 0; k < spirv.slot_count; k++) storage_buffers += !spirv.slots[k].texel;
         print_message("%s: %u storage buffers\n", vw_shaders[i]->name, storage_buffers);
-        if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 11);
+        if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 10);
         else if (vw_shaders[i] == &vw_shader_backward_transient_effects) assert_int_equal(storage_buffers, 11);
         else if (vw_shaders[i] == &vw_shader_slope_pixels_effects) assert_int_equal(storage_buffers, 11);
         else if (storage_buffers > most) most = storage_buffers;
@@ -174,7 +174,7 @@ static void too_many_storage_buffers_are_refused_by_name(void **state) {
     const struct vw_pass_params params = {.shader = &vw_shader_backward_rays_effects};
     assert_int_equal(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE);
     assert_non_null(
-        strstr(vw_error_message(), "pass backward_rays: 11 storage buffers, the device binds 8; leave out"));
+        strstr(vw_error_message(), "pass backward_rays: 10 storage buffers, the device binds 8; leave out"));
     assert_int_equal(vw_gpu_close(&gpu), VW_OK);
 }
 
