@@ -453,7 +453,6 @@ static const struct vw_column run_columns[] = {
 static json_t *row_to_json(const struct vw_results *run) {
     const struct vw_rows row = VW_ROWS(run_columns, &run->row, 1);
     json_t *fields = vw_row_to_json(&row, 0);
-    vw_json_set(&fields, "label", vw_json_string(run->label));
     vw_json_set(&fields, "head", vw_json_string(run->head));
     return fields;
 }
@@ -485,6 +484,7 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     const struct vw_results *run = page->runs[place];
     json_t *object = json_object();
     vw_json_set(&object, "run", row_to_json(run));
+    vw_json_set(&object, "label", vw_json_string(run->label));
     vw_json_set(&object, "images", images_to_json(run));
     vw_json_set(&object, "thumbnails", set_of(page, place, places, sets));
     vw_json_set(&object, "steps", steps_to_json(run));

@@ -396,7 +396,8 @@ def matrix_is_right(browser, folder):
 @check('providers, payouts, comparison, benchmark, effects and what was run are there')
 def sections_are_there(browser, folder):
     page = Page(browser, f'{folder}/all.html')
-    for section, words in (('providers', ['Photos', '%']), ('comparisons', ['significant', 'test PSNR', '18.25 ± 0.10', 'right halves']),
+    for section, words in (('providers', ['Sums of', 'Interval']),
+                           ('comparisons', ['significant', 'test PSNR', '18.25 ± 0.10', 'right halves']),
                            ('benchmarks', ['dv_psnr', '0.62', "'=x"]), ('effects', ['distortion', 'threshold']),
                            ('runs', ['llvmpipe', 'hash of the scene']), ('reading', ['+3'])):
         text = page.run('return document.getElementById(arguments[0]).innerText', section)
