@@ -86,7 +86,7 @@ struct vw_config {
     double beta1;          // [0,1); 0: no momentum
     double beta2;          // [0,1)
     enum vw_field field;
-    uint32_t mlp_depth;       // layers of the trunk of VW_FIELD_MLP, 1 to 16; 8 with the other field
+    uint32_t mlp_depth;       // layers of the trunk of VW_FIELD_MLP, 1 to 16; 8 with other fields
     uint32_t frequencies;     // the same: of the encoding of positions, 0 to 16; 10 with the other
     uint32_t levels;          // levels of the hash grid, 1 to 16; levels * features is a multiple of 4
     uint32_t features;        // per entry, 2 or 4
@@ -156,10 +156,7 @@ void vw_config_describe_range(const struct vw_config_field *field, char text[VW_
 // unless validation pixels vary.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // Returns canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of
-// effects. Without `vary` and `base_seed` everything varies; without
-// `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are absent;
-// without `importance_samples` there are none, without `coarse_network` it is shared, without `consistency_weight` it
-// is 0, without `learning_rate_decay` the rate is constant, without `initial` splats begin at the scene's points.
+// effects. vw_config_from_json() reads it back; a key of a field that is missing is VW_ERROR_INPUT.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 

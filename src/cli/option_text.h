@@ -20,7 +20,7 @@ void vw_option_choices(const struct vw_option *option, char separator, char text
 // "--rays N", "--out FOLDER, -o FOLDER".
 enum { VW_OPTION_USAGE_BYTES = 160 };
 void vw_option_usage(const struct vw_option *option, char text[VW_OPTION_USAGE_BYTES]);
-// The help sentence with range and default: "Training rays per step (1 to 65536, default 500)."
+// The help sentence with range and default: "Training rays per step (1 to 65536, default 250)."
 enum { VW_OPTION_HELP_BYTES = 640 };
 void vw_option_sentence(const struct vw_program *program, const struct vw_option *option,
                         char text[VW_OPTION_HELP_BYTES]);

@@ -157,7 +157,9 @@ static void list_ledger(const struct checks *checks, struct vw_verification *mad
         ended ? "the hash chain, and computed again from steps and retrainings" : "");
     bool followed = checks->scores.computed.input.lasting.step_count > 0;
     add(made, "lasting credit", followed ? "intact" : "absent",
-        followed ? "the hash chain: viewworth lasting on a run without it makes it again" : "");
+        !followed                ? ""
+        : made->lasting_repeated ? "the hash chain, and made again"
+                                 : "the hash chain; --lasting makes it again");
     add(made, "order of methods", ended ? "intact" : "absent", ended ? "the hash chain, and computed again" : "");
     if (*made->log_sha256) {
         add(made, "identity", "intact", "run_id and subset_hash, recomputed");
