@@ -150,12 +150,13 @@ void vw_csv_write_text(FILE *stream, const char *text) {
 }
 
 void vw_csv_real_to_text(double value, char text[VW_CSV_REAL_BYTES]) {
-    *text = 0;
+    char shortest[VW_CSV_REAL_BYTES] = "";
     if (value == 0) value = 0; // a ledger keeps no -0: a table made again from it must be the same
     for (int digits = 15; digits <= 17 && !isnan(value); digits++) {
-        snprintf(text, VW_CSV_REAL_BYTES, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) break;
+        snprintf(shortest, sizeof shortest, "%.*g", digits, value);
+        if (strtod(shortest, NULL) == value) break;
     }
+    memcpy(text, shortest, sizeof shortest);
 }
 
 void vw_csv_write_real(FILE *stream, double value) {

@@ -28,9 +28,6 @@ check "value --lasting does both" run value both --lasting --json --no-gate
 check "in one" test "$(json '$.lasting.gate'),$(json '$.lasting.steps')" = ,42
 check "with the same rows" test "$(query both 'SELECT * FROM lasting_step; SELECT * FROM score')" = \
     "$(query run 'SELECT * FROM lasting_step; SELECT * FROM score')"
-check "fewer rays are another backward pass, which replaces it" eval 'by=$lab run lasting both --lasting-rays 8 --no-gate &&
-    [[ $(query both "SELECT rays, (SELECT count(*) FROM lasting_step) FROM lasting") == "8|42" ]]'
-check "that verifies" run "$program" verify "$folder/both"
 check "by validation photo it is one more" run lasting both --lasting-matrix --no-gate
 check "of all rays, with a row per step and photo" test \
     "$(query both 'SELECT rays, (SELECT count(*) FROM lasting_view) FROM lasting')" = '0|84'

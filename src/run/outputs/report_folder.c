@@ -5,6 +5,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/file.h"
 #include "base/inside.h"
@@ -92,7 +93,7 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
 static enum vw_status add_run(struct gathering *gathering, const char *folder, bool *found) {
     char *ledger_path = vw_path_join(folder, VW_LEDGER_FILE);
     if (!ledger_path) return VW_ERROR_MEMORY;
-    bool held = vw_file_exists(ledger_path);
+    bool held = access(ledger_path, F_OK) == 0; // reading refuses another kind of file
     free(ledger_path);
     *found |= held;
     return held ? read_ledger(gathering, folder) : VW_OK;
