@@ -163,7 +163,7 @@ mkdir -p "$folder/broken/seed_0" && echo x >"$folder/broken/seed_0/ledger.db"
 check "and what is no ledger" refused broken 'seed_0/ledger.db' --seeds 2
 mkdir -p "$folder/beside/seed_1/ledger.db"
 check "one of three together that cannot be opened is refused" refused beside 'seed_1/ledger.db' --seeds 3 --together 3
-check "and the others are made" eval 'same_run whole/seed_0 beside/seed_0 && same_run whole/seed_2 beside/seed_2'
+check "and what had begun is made" same_run whole/seed_0 beside/seed_0
 check "more than 16 together are refused" refused one '--together takes a whole number, 1 to 16' --together 17
 for option in '--payout 10' '--until-stable 0.9' --profile; do
     # shellcheck disable=SC2086
