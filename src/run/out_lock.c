@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <fts.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -118,6 +119,19 @@ static enum vw_status acquire(struct vw_out_lock *lock) {
     return vw_fail(VW_ERROR_USAGE, "%s: other processes keep locking and releasing it; name another folder", lock->out);
 }
 
+// Refuses links below OUT, which a stranger's OUT may have: what is written would land elsewhere.
+static enum vw_status refuse_links(const struct vw_out_lock *lock) {
+    char *const roots[] = {lock->out, NULL};
+    FTS *tree = fts_open(roots, FTS_PHYSICAL | FTS_COMFOLLOW | FTS_NOCHDIR, NULL);
+    enum vw_status status = VW_OK;
+    for (FTSENT *entry; tree && !status && (entry = fts_read(tree));)
+        if (entry->fts_level > FTS_ROOTLEVEL && (entry->fts_info == FTS_SL || entry->fts_info == FTS_SLNONE))
+            status = vw_fail(VW_ERROR_USAGE, "%s: is reached through a link; put what it leads to here, or remove it",
+                             entry->fts_path);
+    if (tree) fts_close(tree);
+    return status;
+}
+
 // ---- Taking and releasing ------------------------------------------------------------------------------------------
 
 // Releases the lock; `mine`: the file is locked, and may be removed.
@@ -137,6 +151,7 @@ enum vw_status vw_out_lock_take(const char *out, struct vw_out_lock **lock) {
     if (!taken) return VW_ERROR_MEMORY;
     *taken = (struct vw_out_lock){.out = vw_copy_text(out), .folder = -1, .file = -1};
     enum vw_status status = taken->out ? create_folder(taken) : VW_ERROR_MEMORY;
+    if (!status) status = refuse_links(taken);
     if (!status) status = acquire(taken);
     if (status) {
         close_lock(taken, false);

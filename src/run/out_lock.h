@@ -11,9 +11,9 @@
 struct vw_out_lock;
 
 // Creates OUT if it is not there, locks it, and removes what a killed writer has left half-written. VW_ERROR_USAGE, at
-// once, when another process or another run of this one writes there. The lock is one of the kernel's on
-// OUT/.viewworth.lock, so that it ends with the process, however that ends; on a file system without locks there is a
-// warning instead.
+// once, when a link lies below OUT, or another process or another run of this one writes there. The lock is one of the
+// kernel's on OUT/.viewworth.lock, so that it ends with the process, however that ends; on a file system without locks
+// there is a warning instead.
 enum vw_status vw_out_lock_take(const char *out, struct vw_out_lock **lock);
 // Locks the one of the folders that the file `to` lies in, if it lies in one of them. `*lock` is NULL otherwise.
 enum vw_status vw_out_lock_take_for(const char *to, const char *const *folders, uint32_t folder_count,

@@ -84,5 +84,5 @@ check "--together is for several" refused one '--together is for several trainin
 check "nothing is left of refusals" test ! -e "$folder/one"
 check "a folder that holds a run is refused" refused whole/fold-1 'holds a single run' --kfold 3
 rm "$folder/cut/fold-2/ledger.db" && ln -s "$folder/whole/fold-2/ledger.db" "$folder/cut/fold-2/ledger.db"
-check "a link in a ledger's place is refused" refused cut 'fold-2/ledger.db: is a link' --kfold 3
+check "a link in a ledger's place is refused" refused cut 'fold-2/ledger.db: is reached through a link' --kfold 3
 conclude "$@"

@@ -597,5 +597,4 @@ def large_is_quick(browser, folder):
     page.run("[...document.querySelectorAll('#ranking-table .pager button')][1].click()")
     expect(page.ranking()[0] == 'train_0050.jpg', page.ranking()[:3])
 
-
 run_checks(sys.argv[1])

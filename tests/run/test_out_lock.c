@@ -70,7 +70,7 @@ FOLDER_TEST(a_link_in_its_place_is_not_followed) {
     temporary_file(*state, "out/other", "");
     assert_int_equal(symlink(victim, temporary_path(*state, "out/.viewworth.lock")), 0);
     ASSERT_FAILS(vw_out_lock_take(temporary_path(*state, "out"), &lock), VW_ERROR_USAGE,
-                 ".viewworth.lock: cannot open");
+                 ".viewworth.lock: is reached through a link");
     AUTO_FREE void *data = temporary_read(victim, NULL);
     assert_string_equal(data, "precious");
 }

@@ -89,9 +89,9 @@ hostile() { # hostile NAME PATTERN COMMAND...: refused with OUT/NAME a link to a
     ln -s "$target" "$folder/hostile/$name"
     fails 2 "hostile/$pattern.*through a link" "$program" "$@" --out "$folder/hostile" "${tiny[@]}" && untouched
 }
-check "renders/ a link" hostile renders renders/retrainings compare "$scene" --list "$folder/some" --list random --epochs 2
+check "renders/ a link" hostile renders renders compare "$scene" --list "$folder/some" --list random --epochs 2
 check "renders/retrainings/ a link" hostile renders/retrainings renders/retrainings \
     compare "$scene" --list "$folder/some" --list random --epochs 2
 check "configurations/ a link" hostile configurations configurations tradeoff "$scene" --epochs 2 --parameters rays
-check "a link in place of a file" hostile ledger.db ledger.db value "$scene" --epochs 2 # test_out_lock.c has the others
+check "a link in place of a file" hostile scores.csv scores.csv value "$scene" --epochs 2 # test_out_lock.c has the others
 conclude
