@@ -20,16 +20,7 @@ bool vw_worth_is_of_all(uint32_t number) { return number % VW_WORTH_REPEAT_EVERY
 
 uint32_t vw_worth_place(uint32_t number) { return number - number / VW_WORTH_REPEAT_EVERY - 1; }
 
-double vw_worth_count_possible(uint32_t photo_count) {
-    double subsets = 0, of_size = 1, groups; // of_size: subsets without k photos
-    for (uint32_t k = 1; k + vw_subsets_smallest(photo_count) <= photo_count; k++)
-        subsets += of_size *= (double)(photo_count - k + 1) / k;
-    double rest = modf(round(subsets) / (VW_WORTH_REPEAT_EVERY - 1), &groups) * (VW_WORTH_REPEAT_EVERY - 1);
-    return VW_WORTH_REPEAT_EVERY * groups + 1 + round(rest);
-}
-
-// ---- The game: photos that train are its players, with subsets and outcomes
-// ------------------------------------------
+// ---- The game: photos that train are its players --------------------------------------------------------------------
 
 struct game {
     uint32_t *players; // owned; [image]: its player; NO_PLAYER: it does not train

@@ -23,8 +23,6 @@ enum { VW_WORTH_REPEAT_EVERY = 8 };
 bool vw_worth_is_of_all(uint32_t number);
 // Returns the place of retraining `number` among those that are not on all photos.
 uint32_t vw_worth_place(uint32_t number);
-// Returns how many retrainings the subsets of so many photos suffice for.
-double vw_worth_count_possible(uint32_t photo_count);
 
 // Rows of a ledger. All borrowed.
 struct vw_worth_input {

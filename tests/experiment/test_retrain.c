@@ -215,8 +215,7 @@ TEST_WITHIN(steps_gain_what_the_epoch_gains, set_up, tear_down) {
     for (uint32_t i = 0; i < PHOTOS; i++) assert_true(again[i].psnr_db > 3 && again[i].psnr_db != gains[i].psnr_db);
 }
 
-// ---- Recorded results
-// ------------------------------------------------------------------------------------------------
+// ---- Recorded results ----------------------------------------------------------------------------------------------
 
 // Opens the retrainer of a folder; NULL: one that recalls nothing.
 static void open_again(struct fixture *f, const char *out) {

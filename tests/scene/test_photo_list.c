@@ -46,8 +46,7 @@ static void check_text(const char *path, const char *expected) {
     assert_string_equal(text, expected);
 }
 
-// ---- Splits of transforms.json
-// ------------------------------------------------------------------------------------------------
+// ---- Splits of transforms.json -------------------------------------------------------------------------------------
 
 FOLDER_TEST(splits_of_the_file_are_kept) {
     const struct vw_scene_params params = {.path = *state, .headers_only = true};

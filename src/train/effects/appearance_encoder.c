@@ -189,8 +189,7 @@ void vw_thumbnail_make(const struct vw_view *view, const struct vw_thumbnail_cho
     }
 }
 
-// ---- The consistency loss
-// ---------------------------------------------------------------------------------------------
+// ---- The consistency loss ------------------------------------------------------------------------------------------
 
 static enum vw_status create_picture_buffers(const struct vw_step_passes *step, struct vw_consistency_effect *it) {
     uint64_t rays = it->padded_rays, columns = step->field->model->moved_columns;
@@ -301,8 +300,7 @@ static enum vw_status create(struct vw_step_passes *step) {
     return status;
 }
 
-// ---- Its recording
-// ------------------------------------------------------------------------------------------------------
+// ---- Its recording -------------------------------------------------------------------------------------------------
 
 // Records the rays of the picture, after the step's own and before anything may mark the step.
 static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes,

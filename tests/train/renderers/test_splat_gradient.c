@@ -31,8 +31,7 @@ static const struct splat_case cases[] = {
 };
 enum { CASES = sizeof cases / sizeof cases[0] };
 
-// ---- The gradient
-// -------------------------------------------------------------------------------------------------------
+// ---- The gradient --------------------------------------------------------------------------------------------------
 
 // The loss in double, by splats, with all decisions held.
 struct frozen {
@@ -144,8 +143,7 @@ TEST_CASES(gradients_are_those_of_finite_differences, index, CASES) {
     assert_true(compared > 100);
 }
 
-// ---- The optimiser
-// --------------------------------------------------------------------------------------------------------
+// ---- The optimiser -------------------------------------------------------------------------------------------------
 
 static double rate_of(const struct vw_push_splat_update *by, uint32_t column, uint32_t lane) {
     switch (column) {
@@ -207,8 +205,7 @@ TEST_CASES(splats_move_by_their_own_adam, index, 3) {
     assert_true(moved > 40);
 }
 
-// ---- What leaves splats alone
-// ---------------------------------------------------------------------------------------------
+// ---- What leaves splats alone --------------------------------------------------------------------------------------
 
 static void assert_skipped(struct splat_bench *bench, bool overflow) {
     splat_bench_run(bench, true, true);

@@ -154,8 +154,7 @@ TEST(no_splat_in_view_leaves_the_background) {
     assert_memory_equal(after, bench->params, vw_splat_param_bytes(&bench->room));
 }
 
-// ---- Bits
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Bits ----------------------------------------------------------------------------------------------------------
 
 static const struct splat_case same[] = {
     {"same bits", .seed = 61, .count = 900, .degree = 2, .log_scale = -2.5f},

@@ -123,8 +123,7 @@ TEST_CASES(pairs_are_sorted_by_tile_and_depth_and_are_stable, index, CASES) {
     assert_int_equal(next, state.pairs);
 }
 
-// ---- blend_tiles, slope_pixels, blend_tiles_back
-// -------------------------------------------------------------------------
+// ---- blend_tiles, slope_pixels, blend_tiles_back -------------------------------------------------------------------
 
 struct tile_list {
     uint32_t *order, count; // ranks
