@@ -42,7 +42,7 @@ static const struct vw_program_command commands[] = {
      "options to the folder that the command runs in.\n"
      "Each job is a process of its own; one that fails does not stop the others. Leaves in the --out folder "
      "NAME/seed-K/ (NAME/CONFIG/seed-K/ with configs) as value does, with seed-K.log and seed-K.json beside it; "
-     "merged.db (all ledgers), scores.csv and summary.csv (all jobs), batch.json (the state of every job) and "
+     "merged.db (all ledgers), scores.csv and summary.csv (all jobs and their states) and "
      "report.html.\n"
      "With --devices, job i always runs on the device at place i modulo their number. Run the same command again to "
      "resume: jobs that are done are kept, jobs that failed are tried again.",

@@ -97,21 +97,6 @@ enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct
     return status;
 }
 
-static enum vw_status write_states(const struct vw_batch *batch, const char *out) {
-    json_t *jobs = json_array();
-    for (uint32_t i = 0; i < batch->rows.count; i++) {
-        const struct vw_batch_row *row = &batch->rows.rows[i];
-        json_t *code = row->exit_code < 0 ? json_null() : json_integer(row->exit_code);
-        vw_json_append(&jobs, json_pack("{s:s, s:s, s:o, s:o, s:o}", "name", row->job, "state",
-                                        vw_job_state_name(row->state), "exit_code", code, "seconds",
-                                        vw_json_real(row->seconds), "message", vw_json_string(row->message)));
-    }
-    char *path = vw_path_join(out, "batch.json");
-    enum vw_status status = vw_json_write_file(path, json_pack("{s:o}", "jobs", jobs));
-    free(path);
-    return status;
-}
-
 // ---- Starting -----------------------------------------------------------------------------------------------------
 
 // Returns a job's device, which may change its bits, so that it must not depend on which job ends first (decision 2).
@@ -228,7 +213,7 @@ static enum vw_status end(struct queue *queue, uint32_t job, int wait_status) {
     if (row->state == VW_JOB_FAILED) row->message = describe_failure(row);
     count_states(queue->batch);
     enum vw_status status = write_record(&queue->batch->jobs->jobs[job], row);
-    if (!status && !queue->params->only) status = write_states(queue->batch, queue->params->out);
+    if (!status && !queue->params->only) status = vw_batch_rows_write(queue->params->out, &queue->batch->rows);
     queue->params->progress(queue->params->context, queue->batch, row);
     return status;
 }
@@ -323,7 +308,6 @@ enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_bat
     if (!status && params->only) status = look_after_one(params, batch, &lock);
     bool merges = lock != NULL;
     if (!status && merges) status = vw_batch_rows_merge(params->out, &batch->rows);
-    if (!status && merges) status = write_states(batch, params->out);
     vw_out_lock_release(&lock);
     if (!status && merges) vw_batch_rows_report(params->out, &batch->rows); // locks OUT
     return status ? status : check_failed(params, batch);

@@ -34,11 +34,10 @@ struct vw_batch_params {
 
 // Runs the jobs that are not done. Each leaves OUT/NAME/ (as value does), OUT/NAME.log, and its record OUT/NAME.json:
 // {"words", "exit_code", "seconds", "message"}. A job is done if the record has its words and exit code 0, and its
-// folder a ledger. Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with null
-// for missing values, and at the end what vw_batch_rows_merge() and vw_batch_rows_report() write. With `only`, writes
-// these at the end where all jobs are done and no other process does. VW_ERROR_IO names the number of jobs that failed,
-// after the others have ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after
-// a failure.
+// folder a ledger. Writes summary.csv after each job, and at the end what vw_batch_rows_merge() and
+// vw_batch_rows_report() write. With `only`, writes these at the end where all jobs are done and no other process does.
+// VW_ERROR_IO names the number of jobs that failed, after the others have ended. After VW_ERROR_INTERRUPTED, and after
+// a kill, the same call resumes. Free it also after a failure.
 enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch);
 
 // Finds which jobs are done in OUT; all others wait. Free it also after a failure.

@@ -214,20 +214,27 @@ static enum vw_status merge(const char *path, const char *out, struct vw_batch_r
     return status;
 }
 
-static enum vw_status write_all(char *const paths[3], const char *out, struct vw_batch_rows *rows) {
+enum vw_status vw_batch_rows_write(const char *out, struct vw_batch_rows *rows) {
+    const struct vw_rows table = vw_batch_rows_table(rows);
+    char *path = vw_path_join(out, "summary.csv");
+    enum vw_status status = path ? vw_rows_write_csv(path, &table) : VW_ERROR_MEMORY;
+    free(path);
+    return status;
+}
+
+static enum vw_status write_all(const char *ledger, const char *scores, const char *out, struct vw_batch_rows *rows) {
     struct vw_text_stream text;
-    char *scores = NULL;
+    char *csv = NULL;
     size_t size_bytes = 0;
     FILE *stream = vw_text_stream_open(&text);
-    enum vw_status status = stream ? merge(paths[0], out, rows, stream) : VW_ERROR_MEMORY;
+    enum vw_status status = stream ? merge(ledger, out, rows, stream) : VW_ERROR_MEMORY;
     struct vw_saved_error why = vw_error_save();
-    enum vw_status closed = vw_text_stream_close(&text, paths[1], &scores, &size_bytes);
+    enum vw_status closed = vw_text_stream_close(&text, scores, &csv, &size_bytes);
     if (status) vw_error_restore(&why);
     else status = closed;
-    if (!status && rows->merged) status = vw_file_write(paths[1], scores, size_bytes);
-    const struct vw_rows table = vw_batch_rows_table(rows);
-    if (!status) status = vw_rows_write_csv(paths[2], &table);
-    free(scores);
+    if (!status && rows->merged) status = vw_file_write(scores, csv, size_bytes);
+    if (!status) status = vw_batch_rows_write(out, rows);
+    free(csv);
     return status;
 }
 
@@ -242,10 +249,11 @@ enum vw_status vw_merge_check_out(const char *out) {
 }
 
 enum vw_status vw_batch_rows_merge(const char *out, struct vw_batch_rows *rows) {
-    char *paths[] = {vw_path_join(out, "merged.db"), vw_path_join(out, "scores.csv"), vw_path_join(out, "summary.csv")};
-    enum vw_status status = paths[0] && paths[1] && paths[2] ? check_jobs(rows) : VW_ERROR_MEMORY;
-    if (!status) status = write_all(paths, out, rows);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(paths); i++) free(paths[i]);
+    char *ledger = vw_path_join(out, "merged.db"), *scores = vw_path_join(out, "scores.csv");
+    enum vw_status status = ledger && scores ? check_jobs(rows) : VW_ERROR_MEMORY;
+    if (!status) status = write_all(ledger, scores, out, rows);
+    free(ledger);
+    free(scores);
     return status;
 }
 

@@ -57,6 +57,8 @@ enum vw_status vw_merge_check_out(const char *out);
 // one), scene and seed before those of a run; and summary.csv, the table of all rows. VW_ERROR_MISMATCH, which names
 // it, for a ledger that was edited, and VW_ERROR_USAGE for two runs of one job; then nothing is written.
 enum vw_status vw_batch_rows_merge(const char *out, struct vw_batch_rows *rows);
+// Writes summary.csv alone: the state of every row.
+enum vw_status vw_batch_rows_write(const char *out, struct vw_batch_rows *rows);
 // Returns the table of the rows.
 struct vw_rows vw_batch_rows_table(struct vw_batch_rows *rows);
 

@@ -34,8 +34,7 @@ const struct vw_out_file vw_out_files[] = {
     {"measurements.json", false, VW_OUT_STAYS},
     // States of jobs: they decide whether a job is started. The merge verifies its ledger, and prints the status there.
     {"*.json", false, VW_OUT_STAYS}, // JOB.json
-    {"batch.json", false, VW_OUT_STAYS},
-    {"*.log", false, VW_OUT_STAYS}, // JOB.log
+    {"*.log", false, VW_OUT_STAYS},  // JOB.log
     {"slurm-*.log", false, VW_OUT_STAYS},
     // Tables that reports show beside the run.
     {"compare.json", false, VW_OUT_STAYS},

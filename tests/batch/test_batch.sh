@@ -28,7 +28,7 @@ ends_with() { # ends_with CODE PATTERN COMMAND...: that exit code, and a line on
     return 1
 }
 states() { # states OUT: of all its jobs
-    sqlite3 :memory: "SELECT group_concat(value ->> 'state') FROM json_each(CAST(readfile('$folder/$1/batch.json') AS TEXT), '\$.jobs')"
+    sqlite3 :memory: -cmd ".import --csv $folder/$1/summary.csv jobs" 'SELECT group_concat(state) FROM jobs'
 }
 
 # ---- Two at a time, one of which fails -----------------------------------------------------------------------------------------
@@ -40,7 +40,7 @@ check "tells first how many there are" grep -qx 'batch    5 jobs; Ctrl-C keeps w
 check "tells each that is done" test "$(grep -cE '^done [1-4] of 5: [ab]/seed-[01], [0-9]+ s$' "$folder/stderr")" = 4
 check "and the one that failed" grep -q '^warning: failed: none/seed-5, exit code 2: .*no such scene' "$folder/stderr"
 check "prints a table" grep -qE '^a/seed-0 +done +[0-9.]+ +6 +12 +[0-9.]+ +[0-9.]+$' "$folder/stdout"
-check "the state of every job is in batch.json" test "$(states many)" = done,done,done,done,failed
+check "the state of every job is in summary.csv" test "$(states many)" = done,done,done,done,failed
 check "each has an ordinary folder" run "$program" verify "$folder/many/b/seed-1"
 check "and a log" grep -q '^highest credit' "$folder/many/a/seed-1.log"
 check "summary.csv has a row per job" test "$(sed 1d "$folder/many/summary.csv" | cut -d, -f1,2,5 | tr '\n' ' ')" = \
