@@ -7,7 +7,7 @@
 missing=$(missing_of_slurm)
 [[ -z $missing ]] || { echo "SKIPPED: $missing is missing; apt-get install slurmctld slurmd slurm-client munge"; exit 77; }
 [[ $(id -u) -eq 0 ]] || { echo "SKIPPED: only root may start a Slurm of its own"; exit 77; }
-nodes=3 wait_s=120
+nodes=3 wait_s=300
 trap 'stop_slurm "$folder/slurm"; rm -rf "$folder"' EXIT
 chmod 755 "$folder"
 
@@ -41,7 +41,8 @@ runs_on() { squeue --noheader --states=running --nodelist="$1" | grep -q .; }
 
 refused() { fails 2 "$1" "$program" batch "$folder/jobs.json" --out "$folder/refused" "${@:2}" && [[ ! -e $folder/refused ]]; }
 check "one job of an array" refused 'leave out --job' --slurm --job 2
-check "a cluster that does not answer" eval 'SLURM_CONF=$folder/none fails 1 "sbatch: exit code" "$program" batch "$folder/jobs.json" \
+mkdir "$folder/bin" && printf '#!/bin/sh\nexit 1\n' >"$folder/bin/sbatch" && chmod +x "$folder/bin/sbatch"
+check "a cluster that refuses" eval 'PATH=$folder/bin:$PATH fails 1 "sbatch: exit code" "$program" batch "$folder/jobs.json" \
     --out "$folder/silent" --slurm'
 
 # ---- Four scenes, three seeds, and a node that dies ------------------------------------------------------------------------------
