@@ -76,7 +76,7 @@ static enum vw_status note_same(struct vw_verified_list *first, const char *name
     return VW_OK;
 }
 
-// Adds the list, or its name to that of an equal one. Takes what it owns.
+// Adds the list and takes what it owns. A list that chooses the same photos as an earlier one only adds its name there.
 static enum vw_status add(struct vw_verified_lists *lists, struct vw_verified_list *made) {
     for (uint32_t l = 0; l < lists->count; l++) {
         bool equal = true;

@@ -10,10 +10,9 @@
 #include "base/memory.h"
 #include "experiment/retrain.h"
 #include "experiment/worth_subsets.h"
-#include "report/tables.h"
 #include "run/imported/imported_run.h"
-#include "run/out_folder.h"
 #include "run/out_lock.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/run_outputs.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
@@ -31,7 +30,6 @@ struct work {
     struct vw_retrainer retrainer;
     uint64_t payout_cents; // to be divided; 0: none
     struct vw_worth_subsets drawn;
-    struct vw_checksums made; // result files
 };
 
 // ---- Retraining ----------------------------------------------------------------------------------------------------
@@ -60,22 +58,11 @@ static enum vw_status list_retrainings(const struct work *work, uint32_t count, 
     return status;
 }
 
-// Removes all derived files and writes scores.csv before the ledger. A ledger with retrainings has a scores.csv with
-// them, also after a kill.
 static enum vw_status write_scores(struct work *work) {
     struct vw_worth_run *result = work->result;
-    const struct vw_scoring *scoring = &result->scoring;
-    const char *out = result->recorded.out;
-    struct vw_csv_text table = {0};
-    enum vw_status status = vw_run_remove_derived(out, work->payout_cents > 0);
-    if (!status && !result->scores_path) {
-        result->scores_path = vw_path_join(out, "scores.csv");
-        if (!result->scores_path) return VW_ERROR_MEMORY;
-    }
-    if (!status)
-        status = vw_report_make_csv(result->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
-                                    scoring->input.image_count, &table);
-    return vw_result_write_table(status, out, "scores.csv", &table, &work->made);
+    if (!result->scores_path) result->scores_path = vw_path_join(result->recorded.out, "scores.csv");
+    if (!result->scores_path) return VW_ERROR_MEMORY;
+    return vw_run_scores_write(result->recorded.out, &result->scoring, work->payout_cents > 0);
 }
 
 static enum vw_status record(struct work *work, uint32_t first) {
@@ -164,8 +151,8 @@ static enum vw_status write_outputs(struct work *work) {
     enum vw_status status = check_written(work);
     if (!status) status = write_scores(work);
     if (!status) status = vw_recorded_load_field(recorded, &params.trainer);
-    if (!status) status = vw_run_outputs_make(&params, &work->made, &work->result->outputs);
-    if (!status) status = vw_checksums_write(params.out, params.ledger, &work->made);
+    if (!status) status = vw_run_outputs_make(&params, &work->result->outputs);
+    if (!status) status = vw_checksums_write(params.out, params.ledger);
     vw_ledger_chain_head(work->ledger, work->result->head); // a payout changes it
     vw_trainer_destroy(&params.trainer);
     return status;
@@ -213,7 +200,7 @@ static enum vw_status open_session(struct work *work) {
     enum vw_status status = vw_ledger_open_to_append(recorded->ledger_path, &work->ledger);
     if (!status) status = vw_session_open_recorded(recorded, &work->params->devices, &work->session);
     if (status) return status; // the report needs the field in the end
-    return vw_checksums_check_field(&work->made, work->params->out, recorded->row.field_sha256);
+    return vw_checksums_check_field(work->params->out, recorded->row.field_sha256);
 }
 
 // Opens the retrainer of the run's folder, or with NULL one that recalls nothing.

@@ -74,7 +74,7 @@ static enum vw_status read_column(struct vw_ledger *ledger, sqlite3_stmt *statem
     uint64_t count = 0;
     enum vw_status status = VW_OK;
     switch (column->kind) {
-    case VW_COLUMN_OWNER: return VW_OK; // vw_ledger_verify compares it
+    case VW_COLUMN_OWNER: return VW_OK; // it decides nothing
     case VW_COLUMN_TEXT:
     case VW_COLUMN_TEXT_OR_NULL:
     case VW_COLUMN_NAME: return read_text(ledger, statement, index, column, member);

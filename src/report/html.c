@@ -81,10 +81,8 @@ static char *join_extra(const struct vw_report_page *page) {
     return vw_format_text("%s%s", page->extra ? page->extra->script : "", plans ? vw_html_next : "");
 }
 
-enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page,
-                                    char sha256[VW_HASH_HEX_BYTES]) {
+enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page) {
     json_t *data = NULL;
-    uint8_t hash[VW_HASH_BYTES];
     char *text = NULL;
     size_t size_bytes = 0;
     enum vw_status status = vw_html_data_make(page, &data);
@@ -95,10 +93,6 @@ enum vw_status vw_report_write_html(const char *path, const struct vw_report_pag
     status = vw_text_stream_close(&html, path, &text, &size_bytes);
     if (!status && !complete) status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the page", path);
     if (!status) status = vw_file_write(path, text, size_bytes);
-    if (!status && sha256) {
-        vw_sha256(text, size_bytes, hash);
-        vw_hash_to_hex(hash, sha256);
-    }
     json_decref(data);
     free(extra);
     free(text);

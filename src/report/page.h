@@ -40,8 +40,7 @@ struct vw_report_page {
 // Writes one HTML file that contains everything it shows and may load nothing (its Content-Security-Policy): names,
 // providers and every other text of the page are data of its script, never markup. It is written whole or not at all.
 // The same page gives the same bytes. VW_ERROR_INPUT for a score of an image that is not among them and for a text that
-// is not JSON; VW_ERROR_IO, VW_ERROR_MEMORY. `sha256` receives the hash of the bytes; NULL: it is not computed.
-enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page,
-                                    char sha256[VW_HASH_HEX_BYTES]);
+// is not JSON; VW_ERROR_IO, VW_ERROR_MEMORY.
+enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page);
 
 #endif

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "run/lasting/lasting.h"
 #include "run/out_folder.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/run_outputs.h"
 #include "run/run_private.h"
 #include "viewworth/log.h"
@@ -50,9 +51,10 @@ static enum vw_status check_finite(const struct vw_run *run) {
 
 // Saves the field; the ledger's end has its hash.
 static enum vw_status save_field(struct vw_run *run) {
+    char sha256[VW_HASH_HEX_BYTES];
     enum vw_status status = vw_trainer_save_field(run->trainer, run->results.field_path);
-    if (!status) status = vw_checksums_read(&run->made, run->out, VW_FIELD_FILE);
-    return status ? status : vw_ledger_set_field(run->ledger, vw_checksums_find(&run->made, VW_FIELD_FILE)->sha256);
+    if (!status) status = vw_checksums_hash(run->out, VW_FIELD_FILE, sha256);
+    return status ? status : vw_ledger_set_field(run->ledger, sha256);
 }
 
 // Writes the outputs before the end of the ledger, so that a finished run has them, and none of an earlier end.
@@ -135,7 +137,7 @@ static enum vw_status make_outputs(struct vw_run *run) {
                                                  .effect_count = run->effect_count,
                                                  .payout_cents = run->payout_cents,
                                                  .report = {.scene = run->scene, .options = run->report}};
-    return vw_run_outputs_make(&params, &run->made, &run->results.outputs);
+    return vw_run_outputs_make(&params, &run->results.outputs);
 }
 
 enum vw_status vw_run_finish(struct vw_run *run) {
@@ -144,11 +146,11 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     enum vw_status status = score_and_end(run);
     if (!status && !run->written) status = vw_run_write_scores(run);
     if (!status && run->validate) status = make_outputs(run);
-    if (!status && !run->validate) status = vw_run_splits_write(run->scene, run->out, &run->made);
+    if (!status && !run->validate) status = vw_run_splits_write(run->scene, run->out);
     if (!status && !run->validate)
-        status = vw_run_splats_write(run->trainer, run->out, &run->made, &run->results.outputs.has_splats);
+        status = vw_run_splats_write(run->trainer, run->out, &run->results.outputs.has_splats);
     if (!status) status = name_end(run); // a payout changes the head
-    if (!status) status = vw_checksums_write(run->out, run->ledger, &run->made);
+    if (!status) status = vw_checksums_write(run->out, run->ledger);
     run->finished = !status;
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;

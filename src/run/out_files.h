@@ -25,11 +25,14 @@ enum vw_out_outdated { VW_OUT_STAYS, VW_OUT_BY_SCORES, VW_OUT_BY_STEPS }; // by 
 
 struct vw_out_file {
     const char *name;              // a pattern where it has a '*'
-    bool result;                   // a result of the run, which SHA256SUMS lists
     enum vw_out_outdated outdated; // removed before
 };
 
-extern const struct vw_out_file vw_out_files[]; // results come first, in the order of their names
+// Results of a run, which SHA256SUMS lists, come first, in the order of their names. Checkpoints, the state of a
+// stopped lasting pass, retrainings.db, renders and files of the user are not results of the run.
+enum { VW_RESULT_FILE_COUNT = 15 };
+extern const struct vw_out_file vw_out_files[];
 extern const size_t vw_out_file_count;
+bool vw_out_is_result(const char *name);
 
 #endif

@@ -2,8 +2,9 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "report/tables.h"
 #include "run/out_folder.h"
+#include "run/outputs/checksums.h"
+#include "run/outputs/run_outputs.h"
 #include "run/run_private.h"
 #include "value/methods.h"
 #include "viewworth/value.h"
@@ -29,19 +30,14 @@ enum vw_status vw_run_rank(struct vw_run *run) {
 enum vw_status vw_run_load_field(struct vw_run *run) {
     struct vw_ledger_run row;
     enum vw_status status = vw_ledger_get_run(run->ledger, &row);
-    if (!status) status = vw_checksums_check_field(&run->made, run->out, row.field_sha256);
+    if (!status) status = vw_checksums_check_field(run->out, row.field_sha256);
     return status ? status : vw_trainer_load_field(run->trainer, run->results.field_path);
 }
 
 enum vw_status vw_run_write_scores(struct vw_run *run) {
-    const struct vw_scoring *scoring = &run->results.scoring;
-    struct vw_csv_text table = {0};
-    enum vw_status status = vw_run_remove_derived(run->out, run->payout_cents > 0);
-    if (!status && run->validate) {
-        status = vw_report_make_csv(run->results.scores_path, scoring->scores, scoring->score_count,
-                                    scoring->input.images, scoring->input.image_count, &table);
-        status = vw_result_write_table(status, run->out, "scores.csv", &table, &run->made);
-    }
+    bool pays = run->payout_cents > 0;
+    enum vw_status status = run->validate ? vw_run_scores_write(run->out, &run->results.scoring, pays)
+                                          : vw_run_remove_derived(run->out, pays);
     run->written = !status;
     return status;
 }

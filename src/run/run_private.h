@@ -60,7 +60,6 @@ struct vw_run {
 
     // The results.
     struct vw_run_results results;
-    struct vw_checksums made;       // result files, by the bytes that this run wrote or checked
     bool written;                   // scores.csv is of these scores; OUT has no derived file of earlier ones
     bool scored;                    // scoring contains the scores of all steps
     bool ended;                     // the ledger says "finished", with these scores
@@ -78,8 +77,7 @@ enum vw_status vw_run_catch_up(struct vw_run *run);
 void vw_run_save_checkpoint(struct vw_run *run);
 // Loads the field that the ledger names into the trainer; fails for any other file.
 enum vw_status vw_run_load_field(struct vw_run *run);
-// Removes all derived files and writes scores.csv, before the ledger receives the scores: a ledger with scores has a
-// scores.csv with them, also after a kill.
+// Removes all derived files and writes scores.csv, unless the run is one of `train`.
 enum vw_status vw_run_write_scores(struct vw_run *run);
 // Ranks run->scoring.
 enum vw_status vw_run_rank(struct vw_run *run);

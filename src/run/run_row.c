@@ -7,7 +7,6 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "detect/effects_text.h"
-#include "run/imported/imported_run.h"
 #include "train/identity.h"
 #include "train/trainer.h"
 #include "viewworth/version.h"
@@ -98,114 +97,6 @@ enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw
 void vw_run_row_free(struct vw_run_row *row) {
     free(row->config_json);
     free(row->effects_json);
-}
-
-// ---- The same from the ledger ---------------------------------------------------------------------------------------
-
-// Reads the box of a run that was recorded with one; `*found` is false without one.
-static enum vw_status read_box(const json_t *array, struct vw_box *box, bool *found) {
-    const json_t *entry = find_box_effect(array);
-    double *centre = box->centre_world;
-    *found = entry != NULL;
-    bool read = !*found || !json_unpack(json_object_get(entry, "box"), "[F, F, F, F!]", &centre[0], &centre[1],
-                                        &centre[2], &box->half_extent_world);
-    return read ? VW_OK
-                : vw_fail(VW_ERROR_MISMATCH,
-                          "its effect unbounded or wide_box has no box of four numbers: the run row was edited");
-}
-
-// Lists the recorded exposures; their names are the array's.
-static enum vw_status read_exposures(const json_t *array, struct vw_run_exposure **exposures, uint32_t *count) {
-    json_t *object = json_object_get(find_effect(array, "appearance"), "exposures"), *numbers;
-    const char *photo;
-    *count = 0;
-    *exposures = vw_allocate(json_object_size(object), sizeof **exposures);
-    if (!*exposures) return VW_ERROR_MEMORY;
-    json_object_foreach(object, photo, numbers) {
-        struct vw_run_exposure *it = &(*exposures)[(*count)++];
-        double *n = it->numbers;
-        it->photo = photo;
-        if (json_unpack(numbers, "[F, F, F, F, F, F!]", &n[0], &n[1], &n[2], &n[3], &n[4], &n[5]))
-            return vw_fail(VW_ERROR_MISMATCH,
-                           "an exposure of its effect appearance is not six numbers: the run row was edited");
-    }
-    return VW_OK;
-}
-
-// Hashes the names of all photos, or of those trained on: vw_trainer_subset_hash().
-static void hash_names(const struct vw_ledger_image *images, uint32_t count, bool all, char hex[VW_HASH_HEX_BYTES]) {
-    uint8_t hash[VW_HASH_BYTES];
-    struct vw_hasher hasher;
-    vw_hasher_begin(&hasher);
-    for (uint32_t i = 0; i < count; i++)
-        if (all || strcmp(images[i].split, vw_split_name(VW_SPLIT_TRAIN)) == 0)
-            vw_hasher_add_text(&hasher, images[i].name);
-    vw_hasher_end(&hasher, hash);
-    vw_hash_to_hex(hash, hex);
-}
-
-static enum vw_status check_subset(struct vw_recorded_run *run) {
-    const struct vw_ledger_image *images = NULL;
-    uint32_t count = 0;
-    char hex[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_ledger_get_images(run->ledger, &images, &count);
-    if (status) return status;
-    hash_names(images, count, vw_is_imported(&run->row), hex);
-    if (strcmp(hex, run->row.subset_hash) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "its subset_hash is not that of its photos: the run row was edited, or an image "
-                                      "row was");
-}
-
-static enum vw_status compare_run_id(const struct vw_run_identity *identity, const char *recorded, bool *same) {
-    uint8_t hash[VW_HASH_BYTES];
-    char hex[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_identity_run_id(identity, hash);
-    if (status) return status;
-    vw_hash_to_hex(hash, hex);
-    *same = strcmp(hex, recorded) == 0;
-    return VW_OK;
-}
-
-static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool *validated) {
-    const struct vw_ledger_run *row = &run->row;
-    struct vw_box box;
-    struct vw_run_exposure *exposures = NULL;
-    json_error_t error;
-    bool has_box = false, same = false;
-    struct vw_run_identity identity = {.version = row->version,
-                                       .device = row->device,
-                                       .driver = row->driver,
-                                       .config = &run->config,
-                                       .effects = run->effects,
-                                       .effect_count = run->effect_count,
-                                       .validates = validated ? *validated : true};
-    if (!vw_hash_from_hex(row->scene_hash, identity.scene_hash) ||
-        !vw_hash_from_hex(row->subset_hash, identity.subset_hash) ||
-        !vw_hash_from_hex(row->shader_hash, identity.shader_hash))
-        return vw_fail(VW_ERROR_MISMATCH, "run.scene_hash, subset_hash or shader_hash is not a hash: the run row was "
-                                          "edited");
-    json_t *array = vw_json_load(row->effects_json, strlen(row->effects_json), 0, &error);
-    enum vw_status status = read_box(array, &box, &has_box);
-    if (!status) status = read_exposures(array, &exposures, &identity.exposure_count);
-    if (has_box) identity.effect_box = &box;
-    identity.exposures = exposures;
-    if (!status) status = compare_run_id(&identity, row->run_id, &same);
-    identity.validates = false;
-    if (!status && !same && !validated) status = compare_run_id(&identity, row->run_id, &same);
-    free(exposures);
-    json_decref(array);
-    if (status || same) return status;
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "its run_id is not that of its scene, photos, config, effects, shaders, version, device and driver: "
-                   "the run row was edited");
-}
-
-enum vw_status vw_run_row_check(struct vw_recorded_run *run, const bool *validated) {
-    enum vw_status status = check_subset(run);
-    if (status || vw_is_imported(&run->row)) return status; // vw_imported_check() checks its run_id
-    if (run->row.seed != (int64_t)run->config.seed)
-        return vw_fail(VW_ERROR_MISMATCH, "its seed is not that of its config: the run row was edited");
-    return check_run_id(run, validated);
 }
 
 // ---- Comparison ----------------------------------------------------------------------------------------------------

@@ -23,11 +23,6 @@ enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw
                                const struct vw_config *config, struct vw_run_row *row);
 void vw_run_row_free(struct vw_run_row *row);
 
-// Recomputes subset_hash from the image rows and run_id from the run's columns, without scene and device.
-// VW_ERROR_MISMATCH when they are others. `validated`: whether the run has a validation of step 0; NULL: it has no
-// steps yet. Shows that the columns belong together, not that they are true: a replay shows that.
-enum vw_status vw_run_row_check(struct vw_recorded_run *run, const bool *validated);
-
 // Returns VW_ERROR_USAGE, naming what differs, unless both are the same run (by run_id). `out` is the folder of the
 // recorded one.
 enum vw_status vw_run_row_check_same(const struct vw_run_row *ours, const struct vw_ledger_run *recorded,

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include "ledger/find_image.h"
 #include "ledger/ledger_private.h"
 
 // ---- A folder: its names, and the bytes and times of its files -----------------------------------------------------
@@ -156,6 +157,32 @@ FOLDER_TEST(after_a_kill_only_who_appends_repairs) {
     assert_false(vw_file_exists(journal));
     ASSERT_OK(test_ledger_read(path, &step_count));
     assert_int_equal(step_count, 1 + 4 * TEST_TRAIN_COUNT);
+}
+
+// The weights of validation photos are texts in the run row.
+FOLDER_TEST(weights_of_photos_are_read_or_refused) {
+    static const struct {
+        const char *options_json;
+        enum vw_status status;
+    } cases[] = {{"{\"weights\":{\"images/4.png\":3.0}}", VW_OK},
+                 {"{\"weights\":{\"images/1.png\":3.0}}", VW_ERROR_INPUT}, // a photo to train on
+                 {"{\"weights\":[]}", VW_ERROR_INPUT},
+                 {"{\"weights\":{\"images/4.png\":\"3\"}}", VW_ERROR_INPUT},
+                 {"{\"weights\":{\"gone.png\":3.0}}", VW_ERROR_INPUT},
+                 {"{\"weights\":{\"images/4.png\":-1}}", VW_ERROR_INPUT}};
+    AUTO_FREE char *path = vw_path_join(*state, "weighted.db");
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_ledger_run run = test_run("{}");
+        struct vw_ledger *ledger = NULL;
+        const struct vw_ledger_image *images = NULL;
+        uint32_t count = 0;
+        unlink(path);
+        run.scene_options_json = cases[i].options_json;
+        ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
+        assert_int_equal(vw_ledger_get_images(ledger, &images, &count), cases[i].status);
+        if (!cases[i].status) assert_true(vw_ledger_find_image(images, count, 4)->weight == 3);
+        vw_ledger_close(&ledger);
+    }
 }
 
 // A reader reads what it checked, even if another program changes the file without a lock of SQLite.

@@ -54,7 +54,7 @@ static void write_page(struct fixture *fixture) {
     json_decref(fixture->data);
     free(fixture->run.advice.photos);
     ASSERT_OK(vw_results_advise(&fixture->run));
-    ASSERT_OK(vw_report_write_html(path, &fixture->page, NULL));
+    ASSERT_OK(vw_report_write_html(path, &fixture->page));
     ASSERT_OK(vw_file_read(path, 10000000, (void **)&fixture->html, &size_bytes));
     char *text = strstr(fixture->html, begin);
     assert_non_null(text);
@@ -388,7 +388,7 @@ static bool fits_into(const struct vw_report_page *page, const char *path, uint3
     memory.given = memory.held = 0;
     memory.left = blocks;
     json_set_alloc_funcs(give_block, take_block);
-    enum vw_status status = vw_report_write_html(path, page, NULL);
+    enum vw_status status = vw_report_write_html(path, page);
     json_set_alloc_funcs(give, take);
     assert_true(!status || status == VW_ERROR_MEMORY ||
                 status == VW_ERROR_INPUT); // jansson does not say why it cannot read a text
@@ -430,7 +430,7 @@ TEST_WITHIN(a_score_of_no_image_is_refused, set_up, tear_down) {
     fixture->run.scores = &score;
     fixture->run.score_count = 1;
     AUTO_FREE char *path = vw_path_join(fixture->folder, "report.html");
-    ASSERT_FAILS(vw_report_write_html(path, &fixture->page, NULL), VW_ERROR_INPUT, "image 77");
+    ASSERT_FAILS(vw_report_write_html(path, &fixture->page), VW_ERROR_INPUT, "image 77");
     assert_false(vw_file_exists(path));
 }
 

@@ -12,7 +12,7 @@ declare -A elsewhere=(
     [transforms_*.json]=scene [LOG.csv]=option [JOBS.json]=option [FILE.csv]=option [name.csv]=comment
     [worths.csv]=lab [exact.csv]=lab [photo_features.csv]=lab [probes.csv]=lab [probe_scores.csv]=lab [reproduce.csv]=lab
     [scatter.csv]=lab [lasting_seeds.csv]=lab [evaluation.csv]=lab
-    [gradient_scores_*.csv]=lab [*.csv]=extension [*.part]=temporary [*.txt]=fold
+    [gradient_scores_*.csv]=lab [verdicts-*.json]=cache [*.csv]=extension [*.part]=temporary [*.txt]=fold
 )
 
 # names_in FOLDER: of files that string literals name, without their folders, with * for what is formatted in.

@@ -14,6 +14,7 @@
 #include "run/out_folder.h"
 #include "run/out_lock.h"
 #include "run/outputs/checksums.h"
+#include "run/outputs/run_outputs.h"
 #include "run/scoring.h"
 #include "value/step_statistics.h"
 #include "viewworth/log.h"
@@ -31,7 +32,6 @@ struct import {
     struct vw_step_statistics statistics;
     uint64_t unvalidated; // steps with neither values nor a flag
     uint32_t score_count;
-    struct vw_checksums made; // result files
 };
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
@@ -132,15 +132,11 @@ static enum vw_status create_ledger(struct import *import) {
 // Removes what somebody laid there, and writes the table before the ledger's end, so that a finished run has it.
 static enum vw_status record(struct import *import) {
     struct vw_scoring scoring = {0};
-    struct vw_csv_text table = {0};
     char finished_utc[VW_UTC_BYTES];
     enum vw_status status = vw_ledger_append(import->ledger, import->log.records, import->log.record_count, NULL);
     if (!status) status = vw_scoring_make(import->ledger, &import->config, &scoring);
     if (!status) status = vw_run_remove_outdated(import->params->out, false);
-    if (!status)
-        status = vw_report_make_csv(import->scores_path, scoring.scores, scoring.score_count, scoring.input.images,
-                                    scoring.input.image_count, &table);
-    status = vw_result_write_table(status, import->params->out, "scores.csv", &table, &import->made);
+    if (!status) status = vw_run_scores_write(import->params->out, &scoring, false);
     vw_utc_now(finished_utc);
     if (!status)
         status = vw_ledger_finish(import->ledger, "finished", finished_utc, scoring.scores, scoring.score_count);
@@ -183,7 +179,7 @@ enum vw_status vw_import_make(const struct vw_import_params *params, struct vw_i
     if (!status) status = record(&import);
     if (status && import.ledger) mark_failed(&import);
     if (!status) status = fill_result(&import, result);
-    if (!status) status = vw_checksums_write(params->out, import.ledger, &import.made);
+    if (!status) status = vw_checksums_write(params->out, import.ledger);
     close_import(&import);
     return status;
 }

@@ -58,25 +58,15 @@ char *vw_imported_options_to_json(const char *log_sha256, uint64_t validated_eve
     return text;
 }
 
-enum vw_status vw_imported_check(const struct vw_ledger_run *run, const struct vw_config *config,
-                                 char log_sha256[VW_HASH_HEX_BYTES]) {
-    char run_id[VW_HASH_HEX_BYTES];
-    const char *recorded = NULL;
-    json_int_t validated_every = 0;
+enum vw_status vw_imported_log_sha256(const struct vw_ledger_run *run, char log_sha256[VW_HASH_HEX_BYTES]) {
     json_error_t error;
     json_t *object = vw_json_load(run->scene_options_json, strlen(run->scene_options_json), 0, &error);
+    const char *recorded = json_string_value(json_object_get(object, "log_sha256"));
     enum vw_status status = VW_OK;
-    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s:s, s?I}", "log_sha256", &recorded, "validated_every",
-                                  &validated_every))
-        status =
-            vw_fail(VW_ERROR_INPUT, "run.scene_options_json of an imported run: %s; import the log again", error.text);
-    else if (strlen(recorded) != VW_HASH_HEX_BYTES - 1)
+    if (recorded && strlen(recorded) == VW_HASH_HEX_BYTES - 1) memcpy(log_sha256, recorded, VW_HASH_HEX_BYTES);
+    else
         status = vw_fail(VW_ERROR_INPUT,
                          "run.scene_options_json of an imported run: log_sha256 is not a hash; import the log again");
-    else snprintf(log_sha256, VW_HASH_HEX_BYTES, "%s", recorded);
     json_decref(object);
-    if (status) return status;
-    vw_imported_run_id(log_sha256, config, run_id);
-    if (strcmp(run_id, run->run_id) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "its run_id is not that of its log and config: the run row was edited");
+    return status;
 }

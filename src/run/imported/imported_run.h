@@ -22,9 +22,7 @@ enum vw_status vw_imported_config_from_json(const char *json, struct vw_config *
 // Returns run.scene_options_json: the SHA-256 of the log, in hex, and validated_every of struct vw_step_log unless it
 // is 0. Owned by the caller.
 char *vw_imported_options_to_json(const char *log_sha256, uint64_t validated_every);
-// Reads the hash back, and checks that run_id was made of it and of `config`, the run's. VW_ERROR_INPUT,
-// VW_ERROR_MISMATCH.
-enum vw_status vw_imported_check(const struct vw_ledger_run *run, const struct vw_config *config,
-                                 char log_sha256[VW_HASH_HEX_BYTES]);
+// Reads the hash back. VW_ERROR_INPUT.
+enum vw_status vw_imported_log_sha256(const struct vw_ledger_run *run, char log_sha256[VW_HASH_HEX_BYTES]);
 
 #endif

@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "report/tables.h"
-#include "run/out_folder.h"
+#include "run/outputs/checksums.h"
 #include "run/scoring.h"
 #include "scene/duplicates.h"
 #include "viewworth/log.h"
@@ -49,27 +49,22 @@ static enum vw_status take_providers(const struct vw_scene *scene, const struct 
     return VW_OK;
 }
 
-static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_scoring *scoring,
-                                  struct vw_attribution *attribution) {
-    if (!has_providers(scene)) return VW_OK;
-    enum vw_status status =
-        vw_providers_score(scoring->scores, scoring->score_count, attribution->images, scoring->input.image_count,
-                           &attribution->groups, &attribution->group_count);
-    if (status || !attribution->group_count) return status;
-    struct vw_csv_text table = {0};
-    const struct vw_rows rows = vw_provider_rows(attribution->groups, attribution->group_count);
-    status = vw_rows_make_csv("providers.csv", &rows, &table);
-    return vw_result_write_table(status, attribution->out, "providers.csv", &table, attribution->made);
+static bool has_provided_images(const struct vw_attribution *attribution, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        const struct vw_ledger_image *image = &attribution->images[i];
+        if (image->provider && *image->provider && !strcmp(image->split, vw_split_name(VW_SPLIT_TRAIN))) return true;
+    }
+    return false;
 }
 
-static enum vw_status write_payouts(struct vw_attribution *attribution) {
-    const struct vw_rows rows = vw_payout_rows(&attribution->payouts),
-                         of_photos = vw_photo_payout_rows(&attribution->payouts);
-    struct vw_csv_text table = {0};
-    enum vw_status status = vw_rows_make_csv("payout.csv", &rows, &table);
-    status = vw_result_write_table(status, attribution->out, "payout.csv", &table, attribution->made);
-    if (!status) status = vw_rows_make_csv("payout_photos.csv", &of_photos, &table);
-    return vw_result_write_table(status, attribution->out, "payout_photos.csv", &table, attribution->made);
+enum vw_status vw_attribution_of_providers(const struct vw_scoring *scoring, uint64_t payout_cents,
+                                           struct vw_attribution *attribution) {
+    struct vw_worth_input worth = vw_scoring_worth_input(scoring);
+    worth.images = attribution->images;
+    if (!has_provided_images(attribution, worth.image_count)) return VW_OK;
+    enum vw_status status = vw_providers_score(worth.scores, worth.score_count, worth.images, worth.image_count,
+                                               &attribution->groups, &attribution->group_count);
+    return status || !payout_cents ? status : vw_payouts_make(&worth, payout_cents, &attribution->payouts);
 }
 
 // Records what was asked for, where that is not what an earlier command was asked for. The list of checksums goes
@@ -82,16 +77,6 @@ static enum vw_status record_request(struct vw_ledger *ledger, const char *out, 
     return status ? status : vw_ledger_set_payout_request(ledger, &(struct vw_payout_request){.cents = cents});
 }
 
-// Pays, if that is asked for. A payout of an earlier command is gone: OUT has what this one was asked for.
-static enum vw_status make_payout(const struct vw_scoring *scoring, uint64_t cents,
-                                  struct vw_attribution *attribution) {
-    struct vw_worth_input worth = vw_scoring_worth_input(scoring);
-    worth.images = attribution->images;
-    if (!cents) return VW_OK;
-    enum vw_status status = vw_payouts_make(&worth, cents, &attribution->payouts);
-    return !status && attribution->payouts.outcome == VW_PAYOUT_PAID ? write_payouts(attribution) : status;
-}
-
 static enum vw_status make_duplicates(const struct vw_scene *scene, const struct vw_scoring *scoring,
                                       struct vw_attribution *attribution) {
     struct vw_duplicate *found = NULL;
@@ -102,11 +87,7 @@ static enum vw_status make_duplicates(const struct vw_scene *scene, const struct
                                      attribution->images, scoring->input.image_count, &attribution->duplicates,
                                      &attribution->duplicate_count);
     free(found);
-    if (status || !attribution->duplicate_count) return status;
-    struct vw_csv_text table = {0};
-    const struct vw_rows rows = vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count);
-    status = vw_rows_make_csv("duplicates.csv", &rows, &table);
-    return vw_result_write_table(status, attribution->out, "duplicates.csv", &table, attribution->made);
+    return status;
 }
 
 // Warns in one line each, however many groups there are.
@@ -129,16 +110,46 @@ static void warn(const struct vw_attribution *attribution) {
                        leaked_count, vw_plural(leaked_count), leaked->image->name);
 }
 
+// ---- Tables --------------------------------------------------------------------------------------------------------
+
+const char *const vw_attribution_names[VW_ATTRIBUTION_TABLES] = {[VW_TABLE_PROVIDERS] = "providers.csv",
+                                                                 [VW_TABLE_PAYOUT] = "payout.csv",
+                                                                 [VW_TABLE_PAYOUT_PHOTOS] = "payout_photos.csv",
+                                                                 [VW_TABLE_DUPLICATES] = "duplicates.csv"};
+
+struct vw_rows vw_attribution_rows(const struct vw_attribution *attribution, enum vw_attribution_table table) {
+    bool paid = attribution->payouts.outcome == VW_PAYOUT_PAID;
+    if (table == VW_TABLE_PROVIDERS) return vw_provider_rows(attribution->groups, attribution->group_count);
+    if (table == VW_TABLE_DUPLICATES) return vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count);
+    if (!paid) return (struct vw_rows){0};
+    return table == VW_TABLE_PAYOUT ? vw_payout_rows(&attribution->payouts)
+                                    : vw_photo_payout_rows(&attribution->payouts);
+}
+
+static enum vw_status write_tables(const struct vw_attribution *attribution) {
+    enum vw_status status = VW_OK;
+    for (int i = 0; i < VW_ATTRIBUTION_TABLES && !status; i++) {
+        const struct vw_rows rows = vw_attribution_rows(attribution, i);
+        struct vw_csv_text table = {0};
+        if (!rows.count) continue;
+        status = vw_rows_make_csv(vw_attribution_names[i], &rows, &table);
+        status = vw_result_write_table(status, attribution->out, vw_attribution_names[i], &table);
+    }
+    return status;
+}
+
+// ---- All of it -----------------------------------------------------------------------------------------------------
+
 enum vw_status vw_attribution_make(const struct vw_scene *scene, struct vw_ledger *ledger,
                                    const struct vw_scoring *scoring, const char *out, uint64_t payout_cents,
-                                   struct vw_checksums *made, struct vw_attribution *attribution) {
-    *attribution = (struct vw_attribution){
-        .out = out, .made = made, .method = vw_scoring_payout_method(scoring->scores, scoring->score_count)};
+                                   struct vw_attribution *attribution) {
+    *attribution =
+        (struct vw_attribution){.out = out, .method = vw_scoring_payout_method(scoring->scores, scoring->score_count)};
     enum vw_status status = take_providers(scene, scoring, attribution);
     if (!status) status = record_request(ledger, out, payout_cents);
-    if (!status) status = make_groups(scene, scoring, attribution);
-    if (!status) status = make_payout(scoring, payout_cents, attribution);
+    if (!status) status = vw_attribution_of_providers(scoring, payout_cents, attribution);
     if (!status) status = make_duplicates(scene, scoring, attribution);
+    if (!status) status = write_tables(attribution);
     if (!status) warn(attribution);
     return status;
 }

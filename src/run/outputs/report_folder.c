@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "report/advice.h"
 #include "run/out_lock.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/results_files.h"
 #include "run/outputs/thumbnails.h"
 #include "run/recorded/recorded_run.h"
@@ -215,10 +216,9 @@ static void warn_of_splits(const struct gathering *gathering) {
 
 // ---- The page ------------------------------------------------------------------------------------------------------
 
-// Writes a page of runs, to which it lends thumbnails meanwhile, and documents.
+// Advises on runs and writes their page, to which it lends thumbnails meanwhile, with documents.
 static enum vw_status write_page(struct vw_results **runs, size_t run_count, struct vw_report_documents *documents,
-                                 const struct vw_report_params *params, const char *to,
-                                 char sha256[VW_HASH_HEX_BYTES]) {
+                                 const struct vw_report_params *params, const char *to) {
     struct vw_report_sets sets = {0};
     const struct vw_report_page page = {.runs = (const struct vw_results *const *)runs,
                                         .run_count = (uint32_t)run_count,
@@ -226,25 +226,25 @@ static enum vw_status write_page(struct vw_results **runs, size_t run_count, str
                                         .document_count = (uint32_t)documents->count,
                                         .extra = params->extra};
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < run_count; i++) vw_report_sets_of_run(&sets, params, runs[i]);
+    for (size_t i = 0; i < run_count && !status; i++) {
+        status = find_duplicated(documents, runs[i]);
+        if (!status) status = vw_results_advise(runs[i]);
+    }
+    for (size_t i = 0; i < run_count && !status; i++) vw_report_sets_of_run(&sets, params, runs[i]);
     for (size_t i = 0; i < documents->count && !status; i++)
         if (strcmp(documents->list[i].kind, "compare") == 0)
             status = vw_report_sets_of_comparison(&sets, params, page.runs, run_count, &documents->list[i]);
-    if (!status) status = vw_report_write_html(to, &page, sha256);
+    if (!status) status = vw_report_write_html(to, &page);
     for (size_t i = 0; i < run_count; i++) runs[i]->thumbnails = NULL;
     vw_report_sets_free(&sets);
     return status;
 }
 
-static enum vw_status write_gathered(struct gathering *gathering, const char *to, char sha256[VW_HASH_HEX_BYTES]) {
+static enum vw_status write_gathered(struct gathering *gathering, const char *to) {
     struct vw_results **runs = vw_allocate(gathering->run_count, sizeof *runs);
     enum vw_status status = runs ? VW_OK : VW_ERROR_MEMORY;
-    for (size_t i = 0; !status && i < gathering->run_count; i++) {
-        runs[i] = &gathering->runs[i].results;
-        status = find_duplicated(&gathering->documents, runs[i]);
-        if (!status) status = vw_results_advise(runs[i]);
-    }
-    if (!status) status = write_page(runs, gathering->run_count, &gathering->documents, gathering->params, to, sha256);
+    for (size_t i = 0; !status && i < gathering->run_count; i++) runs[i] = &gathering->runs[i].results;
+    if (!status) status = write_page(runs, gathering->run_count, &gathering->documents, gathering->params, to);
     free(runs);
     return status;
 }
@@ -277,16 +277,13 @@ static struct vw_ledger *find_ledger(const struct gathering *gathering, const ch
 static enum vw_status write_listed(struct gathering *gathering, const char *out, const char *to) {
     const char *slash = strrchr(to, '/'), *name = slash ? slash + 1 : to;
     struct vw_ledger *ledger = find_ledger(gathering, out);
-    struct vw_checksums sums = {0};
     struct vw_checksums_found found = {0};
-    char sha256[VW_HASH_HEX_BYTES];
     bool replaces = !strcmp(name, VW_REPORT_FILE);
-    if (ledger && !replaces && vw_checksums_find(&sums, name))
+    if (ledger && !replaces && vw_out_is_result(name))
         return vw_fail(VW_ERROR_USAGE, "--to %s/%s: is a result of the run; name another file", out, name);
-    enum vw_status status = ledger ? vw_checksums_check(out, ledger, VW_REPORT_FILE, &sums, &found) : VW_OK;
-    if (!status) status = write_gathered(gathering, to, sha256);
-    if (!status && found.present && replaces) status = vw_checksums_note_hash(&sums, name, sha256);
-    if (!status && found.present && replaces) status = vw_checksums_write(out, ledger, &sums);
+    enum vw_status status = ledger ? vw_checksums_check(out, ledger, VW_REPORT_FILE, &found) : VW_OK;
+    if (!status) status = write_gathered(gathering, to);
+    if (!status && found.present && replaces) status = vw_checksums_write(out, ledger);
     vw_checksums_found_free(&found);
     return status;
 }
@@ -308,12 +305,10 @@ enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count
 // ---- Reports at the end of a command -------------------------------------------------------------------------------
 
 enum vw_status vw_report_of_run(struct vw_results *results, struct vw_report_documents *documents,
-                                const struct vw_report_params *params, struct vw_checksums *made, char **path) {
-    char sha256[VW_HASH_HEX_BYTES];
+                                const struct vw_report_params *params, char **path) {
     *path = vw_path_join(results->label, VW_REPORT_FILE);
     enum vw_status status = *path ? vw_report_documents_read(documents, results->label, NULL) : VW_ERROR_MEMORY;
-    if (!status) status = write_page(&results, 1, documents, params, *path, sha256);
-    return status ? status : vw_checksums_note_hash(made, VW_REPORT_FILE, sha256);
+    return status ? status : write_page(&results, 1, documents, params, *path);
 }
 
 char *vw_report_folder_finish(const char *out, const struct vw_report_params *params, const char *file,
@@ -323,7 +318,7 @@ char *vw_report_folder_finish(const char *out, const struct vw_report_params *pa
     enum vw_status status = file ? vw_report_documents_take(&gathering.documents, out, file, content) : VW_OK;
     if (!path) status = VW_ERROR_MEMORY;
     if (!status) status = gather(&gathering, &out, 1);
-    if (!status) status = write_gathered(&gathering, path, NULL);
+    if (!status) status = write_gathered(&gathering, path);
     free_gathering(&gathering);
     if (!status) return path;
     vw_log_warning("no report: %s; correct this, then run viewworth report %s", vw_error_message(), out);

@@ -12,6 +12,7 @@
 #include "report/advice.h"
 #include "run/next/next.h"
 #include "run/out_files.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/residuals.h"
 
 enum { LIMIT_BYTES = 16 << 20 };
@@ -19,8 +20,6 @@ enum { LIMIT_BYTES = 16 << 20 };
 // ---- The map -------------------------------------------------------------------------------------------------------
 
 static json_t *real(double value) { return vw_json_rounded(value, VW_SCENE_MAP_DIGITS); }
-
-// ---- Writing -------------------------------------------------------------------------------------------------------
 
 static void append_column(json_t **array, const struct vw_view *view, int column, double factor) {
     for (int row = 0; row < 3; row++) vw_json_append(array, real(factor * view->camera_to_world[row][column]));
@@ -70,24 +69,22 @@ json_t *vw_scene_map_make(const struct vw_scene *scene, const char *const *reaso
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
 // Writes a value with so many digits; 0: all that its numbers have.
-static enum vw_status write_json(const char *out, const char *name, const json_t *value, unsigned digits,
-                                 struct vw_checksums *made) {
+static enum vw_status write_json(const char *out, const char *name, const json_t *value, unsigned digits) {
     char *text = vw_json_to_text(value, JSON_COMPACT | JSON_REAL_PRECISION(digits));
-    enum vw_status status = text ? vw_result_write(out, name, text, strlen(text), made)
+    enum vw_status status = text ? vw_result_write(out, name, text, strlen(text))
                                  : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for %s", out, name);
     free(text);
     return status;
 }
 
-enum vw_status vw_results_write_files(const struct vw_results *results, const struct vw_scene *scene, const char *out,
-                                      struct vw_checksums *made) {
+enum vw_status vw_results_write_files(const struct vw_results *results, const struct vw_scene *scene, const char *out) {
     json_t *reconstruction = vw_reconstruction_to_json(&results->reconstruction);
     vw_json_set(&reconstruction, "scene_hash", vw_scene_hash_to_json(scene));
-    enum vw_status status = write_json(out, VW_RECONSTRUCTION_FILE, reconstruction, 0, made);
+    enum vw_status status = write_json(out, VW_RECONSTRUCTION_FILE, reconstruction, 0);
     json_decref(reconstruction);
-    if (!status) status = write_json(out, VW_SCENE_MAP_FILE, results->map, VW_SCENE_MAP_DIGITS, made);
+    if (!status) status = write_json(out, VW_SCENE_MAP_FILE, results->map, VW_SCENE_MAP_DIGITS);
     if (status || !results->residuals) return status;
-    return write_json(out, VW_RESIDUALS_FILE, results->residuals, VW_RESIDUALS_DIGITS, made);
+    return write_json(out, VW_RESIDUALS_FILE, results->residuals, VW_RESIDUALS_DIGITS);
 }
 
 // ---- Reading -------------------------------------------------------------------------------------------------------

@@ -7,7 +7,6 @@
 #include <stdbool.h>
 
 #include "report/results.h"
-#include "run/outputs/checksums.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
@@ -20,9 +19,8 @@ enum { VW_SCENE_MAP_POINTS_MAX = 2000, VW_SCENE_MAP_DIGITS = 7 };
 // none. NULL when memory is short.
 json_t *vw_scene_map_make(const struct vw_scene *scene, const char *const *reasons);
 
-// Writes map.json, reconstruction.json and residuals.json, those that the results have, and notes them in `made`.
-enum vw_status vw_results_write_files(const struct vw_results *results, const struct vw_scene *scene, const char *out,
-                                      struct vw_checksums *made);
+// Writes map.json, reconstruction.json and residuals.json, those that the results have.
+enum vw_status vw_results_write_files(const struct vw_results *results, const struct vw_scene *scene, const char *out);
 // Reads the same and next.json into results that have a row and images; with `no_photos` neither residuals.json nor
 // the pictures of next.json. VW_ERROR_INPUT when one is not what it should be, is a link, or is of another scene.
 enum vw_status vw_results_read_files(const char *out, bool no_photos, struct vw_results *results);

@@ -8,6 +8,8 @@
 #include "report/advice.h"
 #include "report/tables.h"
 #include "run/out_files.h"
+#include "run/out_folder.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/photo_reasons.h"
 #include "run/outputs/reconstruction.h"
 #include "run/outputs/report_folder.h"
@@ -16,21 +18,29 @@
 #include "scene/splits_file.h"
 #include "viewworth/log.h"
 
-enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made) {
+enum vw_status vw_run_scores_write(const char *out, const struct vw_scoring *scoring, bool pays) {
+    struct vw_csv_text table = {0};
+    enum vw_status status = vw_run_remove_derived(out, pays);
+    if (status) return status;
+    status = vw_report_make_csv("scores.csv", scoring->scores, scoring->score_count, scoring->input.images,
+                                scoring->input.image_count, &table);
+    return vw_result_write_table(status, out, "scores.csv", &table);
+}
+
+enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out) {
     char *text = NULL;
     enum vw_status status = vw_splits_file_make(scene, &text);
-    if (!status) status = vw_result_write(out, VW_SPLITS_FILE, text, strlen(text), made);
+    if (!status) status = vw_result_write(out, VW_SPLITS_FILE, text, strlen(text));
     free(text);
     return status;
 }
 
-enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, struct vw_checksums *made,
-                                   bool *written) {
+enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, bool *written) {
     void *data = NULL;
     size_t size_bytes = 0;
     enum vw_status status = vw_trainer_make_splats(trainer, &data, &size_bytes);
     *written = !status && data;
-    if (*written) status = vw_result_write(out, VW_SPLATS_FILE, data, size_bytes, made);
+    if (*written) status = vw_result_write(out, VW_SPLATS_FILE, data, size_bytes);
     free(data);
     return status;
 }
@@ -70,8 +80,7 @@ static void warn_of_distances(const struct vw_scene *scene, const struct vw_run_
 }
 
 // Computes the matrix, how far the ranking depends on each validation photo, and which look wrong; writes matrix.csv.
-static enum vw_status judge_views(const struct vw_run_outputs_params *params, struct vw_checksums *made,
-                                  struct vw_run_outputs *outputs) {
+static enum vw_status judge_views(const struct vw_run_outputs_params *params, struct vw_run_outputs *outputs) {
     struct vw_results *results = &outputs->results;
     enum vw_status status = vw_results_measure(params->ledger, results);
     if (!status)
@@ -82,7 +91,7 @@ static enum vw_status judge_views(const struct vw_run_outputs_params *params, st
         if (!outputs->matrix_path) return VW_ERROR_MEMORY;
         status = vw_table_make_matrix(outputs->matrix_path, &results->matrix, results->standard_errors,
                                       results->input.images, results->input.image_count, &table);
-        status = vw_result_write_table(status, params->out, "matrix.csv", &table, made);
+        status = vw_result_write_table(status, params->out, "matrix.csv", &table);
     }
     if (status) return status;
     warn_of_views(params->scene, results);
@@ -97,8 +106,7 @@ static enum vw_status judge_views(const struct vw_run_outputs_params *params, st
 // ---- Scene and field -----------------------------------------------------------------------------------------------
 
 // Measures and pictures what a later report cannot, without scene and field, and writes it.
-static enum vw_status look_at_field(const struct vw_run_outputs_params *params, struct vw_checksums *made,
-                                    struct vw_results *results) {
+static enum vw_status look_at_field(const struct vw_run_outputs_params *params, struct vw_results *results) {
     const struct vw_reconstruction_params reconstruction = {
         .scene = params->scene, .trainer = params->trainer, .rays = vw_residuals_rays(params->scoring, params->config)};
     const struct vw_residuals_params residuals = {
@@ -115,57 +123,40 @@ static enum vw_status look_at_field(const struct vw_run_outputs_params *params, 
     if (!status) status = vw_photo_reasons_find(&residuals, results->reasons);
     if (!status) results->map = vw_scene_map_make(params->scene, results->reasons);
     if (!status && !params->report.options.no_thumbnails) status = vw_residuals_make(&residuals, &results->residuals);
-    return status ? status : vw_results_write_files(results, params->scene, params->out, made);
+    return status ? status : vw_results_write_files(results, params->scene, params->out);
 }
 
 // ---- Advice and report ---------------------------------------------------------------------------------------------
 
-static enum vw_status write_advice(const struct vw_results *results, const char *out, struct vw_checksums *made) {
+static enum vw_status write_advice(const struct vw_results *results, const char *out) {
     struct vw_csv_text table = {0};
     const struct vw_rows rows = vw_advice_rows(&results->advice);
     if (!results->score_count) return VW_OK;
     enum vw_status status = vw_rows_make_csv(VW_ADVICE_FILE, &rows, &table);
-    return vw_result_write_table(status, out, VW_ADVICE_FILE, &table, made);
-}
-
-static enum vw_status find_duplicated(const struct vw_attribution *attribution, struct vw_results *results) {
-    results->duplicated = vw_allocate(results->input.image_count, sizeof *results->duplicated);
-    for (uint32_t i = 0; results->duplicated && i < attribution->duplicate_count; i++)
-        results->duplicated[attribution->duplicates[i].image - attribution->images] = true;
-    return results->duplicated ? VW_OK : VW_ERROR_MEMORY;
+    return vw_result_write_table(status, out, VW_ADVICE_FILE, &table);
 }
 
 // Adds the tables that were written to the documents of the page.
 static enum vw_status list_tables(const struct vw_attribution *attribution, struct vw_report_documents *documents) {
-    const struct {
-        const char *name;
-        struct vw_rows rows;
-        bool there;
-    } tables[] = {
-        {"providers.csv", vw_provider_rows(attribution->groups, attribution->group_count), attribution->group_count},
-        {"payout.csv", vw_payout_rows(&attribution->payouts), attribution->payouts.outcome == VW_PAYOUT_PAID},
-        {"duplicates.csv", vw_duplicate_rows(attribution->duplicates, attribution->duplicate_count),
-         attribution->duplicate_count},
-    };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(tables); i++)
-        if (tables[i].there)
-            status = vw_report_documents_take(documents, attribution->out, tables[i].name,
-                                              vw_rows_to_texts(&tables[i].rows));
+    for (int i = 0; !status && i < VW_ATTRIBUTION_TABLES; i++) {
+        const struct vw_rows rows = vw_attribution_rows(attribution, i);
+        if (rows.count && i != VW_TABLE_PAYOUT_PHOTOS)
+            status =
+                vw_report_documents_take(documents, attribution->out, vw_attribution_names[i], vw_rows_to_texts(&rows));
+    }
     return status;
 }
 
-static enum vw_status write_report(const struct vw_run_outputs_params *params, struct vw_checksums *made,
-                                   struct vw_run_outputs *outputs) {
+static enum vw_status write_report(const struct vw_run_outputs_params *params, struct vw_run_outputs *outputs) {
     struct vw_report_documents documents = {0};
     struct vw_report_params report = params->report;
     report.scene = params->scene;
     enum vw_status status = vw_results_read_next(params->out, params->report.options.no_thumbnails, &outputs->results);
     if (!status) status = list_tables(&outputs->attribution, &documents);
-    if (!status) status = vw_report_of_run(&outputs->results, &documents, &report, made, &outputs->report_path);
+    if (!status) status = vw_report_of_run(&outputs->results, &documents, &report, &outputs->report_path);
     vw_report_documents_free(&documents);
-    if (!status) return VW_OK;
-    return vw_fail(VW_ERROR_IO, "no report: %s; correct this, then repeat the command", vw_error_message());
+    return status ? vw_fail_context(status, "no report") : VW_OK;
 }
 
 // ---- All of it -----------------------------------------------------------------------------------------------------
@@ -182,22 +173,17 @@ static enum vw_status begin(const struct vw_run_outputs_params *params, struct v
     return vw_ledger_get_run(params->ledger, &results->row);
 }
 
-enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
-                                   struct vw_run_outputs *outputs) {
+enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_run_outputs *outputs) {
     struct vw_results *results = &outputs->results;
     enum vw_status status = vw_attribution_make(params->scene, params->ledger, params->scoring, params->out,
-                                                params->payout_cents, made, &outputs->attribution);
+                                                params->payout_cents, &outputs->attribution);
     if (!status) status = begin(params, results);
-    if (!status) status = judge_views(params, made, outputs);
-    if (!status) status = vw_run_splits_write(params->scene, params->out, made);
-    if (!status) status = look_at_field(params, made, results);
-    if (!status) status = find_duplicated(&outputs->attribution, results);
-    if (!status) status = vw_results_advise(results);
-    if (!status) status = write_advice(results, params->out, made);
-    if (!status) status = vw_run_splats_write(params->trainer, params->out, made, &outputs->has_splats);
-    if (status) return status;
-    vw_checksums_note_rest_absent(made);
-    return write_report(params, made, outputs);
+    if (!status) status = judge_views(params, outputs);
+    if (!status) status = vw_run_splits_write(params->scene, params->out);
+    if (!status) status = look_at_field(params, results);
+    if (!status) status = vw_run_splats_write(params->trainer, params->out, &outputs->has_splats);
+    if (!status) status = write_report(params, outputs);
+    return status ? status : write_advice(results, params->out);
 }
 
 void vw_run_outputs_free(struct vw_run_outputs *outputs) {

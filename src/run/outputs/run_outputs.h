@@ -8,7 +8,6 @@
 
 #include "report/results.h"
 #include "run/outputs/attribution.h"
-#include "run/outputs/checksums.h"
 #include "scene/view_distance.h"
 #include "train/trainer.h"
 #include "viewworth/report.h"
@@ -38,17 +37,17 @@ struct vw_run_outputs {
     bool has_splats; // field.ply is there
 };
 
-// Writes field.ply where the field is splats, and notes it.
-enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, struct vw_checksums *made,
-                                   bool *written);
-// Writes splits.json and notes it.
-enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made);
+// Removes all derived files and writes scores.csv, before the ledger receives the scores: a ledger with scores has a
+// scores.csv with them, also after a kill. `pays`: a payout is made afterwards (run/out_folder.h).
+enum vw_status vw_run_scores_write(const char *out, const struct vw_scoring *scoring, bool pays);
+// Writes field.ply where the field is splats.
+enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, bool *written);
+enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out); // splits.json
 // Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, reconstruction.json,
-// splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats, and
-// report.html; notes them in `made`. Warns of validation photos that look corrupted or lie far from every train photo.
+// splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats,
+// report.html and advice.csv. Warns of validation photos that look corrupted or lie far from every train photo.
 // Fails at the first that cannot be made. Free the outputs also after a failure.
-enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
-                                   struct vw_run_outputs *outputs);
+enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_run_outputs *outputs);
 void vw_run_outputs_free(struct vw_run_outputs *outputs);
 
 #endif

@@ -10,7 +10,6 @@
 #include "run/imported/imported_run.h"
 #include "run/out_files.h"
 #include "run/recorded/recorded_run.h"
-#include "run/run_row.h"
 #include "run/scoring.h"
 #include "run/verify/repeat.h"
 #include "run/verify/verify_tables.h"
@@ -25,12 +24,12 @@ struct run_scores {
     struct vw_scoring computed; // from the steps
 };
 
-// Demands the scores that the steps give, whatever the run says of itself: only a run that goes on has none, and there
-// vw_ledger_verify() has refused any.
+// Compares the recorded scores with those of the steps, whatever the status says. Only a run whose status is "running"
+// may have none.
 static enum vw_status check_scores(struct vw_recorded_run *run, struct run_scores *scores) {
     enum vw_status status = vw_ledger_get_scores(run->ledger, &scores->recorded, &scores->recorded_count);
     if (!status) status = vw_scoring_make(run->ledger, &run->config, &scores->computed);
-    if (status || is_running(run)) return status;
+    if (status || (is_running(run) && !scores->recorded_count)) return status;
     return vw_scoring_compare(&scores->computed, run->ledger, run->ledger_path);
 }
 
@@ -41,18 +40,6 @@ static enum vw_status check_head(const struct vw_recorded_run *run, const char *
     return vw_fail(VW_ERROR_MISMATCH,
                    "%s: its head is %s, not the one that --expect gives: another run, continued since, or rewritten",
                    run->ledger_path, head);
-}
-
-// Checks an import, which has no more than a log gives; `log_sha256` stays untouched unless the run was imported.
-static enum vw_status check_import(const struct vw_recorded_run *run, const struct vw_scoring *computed,
-                                   char log_sha256[VW_HASH_HEX_BYTES]) {
-    if (!vw_is_imported(&run->row)) return VW_OK;
-    enum vw_status status = vw_imported_check(&run->row, &run->config, log_sha256);
-    if (!status && (computed->retraining_count || computed->input.lasting.step_count || run->row.field_sha256))
-        status =
-            vw_fail(VW_ERROR_MISMATCH, "has retrainings, lasting credit or a field, which no import has: rows were "
-                                       "added, or the device was edited");
-    return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
 }
 
 // ---- What is asked for ---------------------------------------------------------------------------------------------
@@ -67,29 +54,28 @@ static enum vw_status check_expected(const char *expected) {
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_tables(struct vw_recorded_run *run, const struct vw_verify_params *params,
-                                   const struct run_scores *scores, struct vw_checksums *read) {
+                                   const struct run_scores *scores) {
     struct vw_scoring scoring = scores->computed;
     if (scores->recorded_count) scoring.scores = scores->recorded, scoring.score_count = scores->recorded_count;
     const struct vw_table_sources sources = {
-        .out = params->out, .ledger = run->ledger, .scoring = &scoring, .providers = params->providers, .read = read};
+        .out = params->out, .ledger = run->ledger, .scoring = &scoring, .providers = params->providers};
     return vw_verify_tables(&sources);
 }
 
 enum field_state { FIELD_ABSENT, FIELD_INTACT, FIELD_NOT_RECORDED };
 
-// Checks the field, whose hash the final_hash covers. Only a run that goes on may have one without a hash, which a kill
-// has left.
-static enum vw_status check_field(const struct vw_recorded_run *run, struct vw_checksums *read,
-                                  enum field_state *state) {
+// Checks the field, whose hash the final_hash covers. Only a run that is still running may have one without a hash: a
+// kill left it.
+static enum vw_status check_field(const struct vw_recorded_run *run, enum field_state *state) {
     const char *recorded = run->row.field_sha256;
     if (!recorded && strcmp(run->row.status, "finished") == 0 && !vw_is_imported(&run->row))
         return vw_fail(VW_ERROR_MISMATCH, "%s: is finished, but has no hash of its field: the run row was edited",
                        run->ledger_path);
-    enum vw_status status = vw_checksums_read(read, run->out, VW_FIELD_FILE);
+    enum vw_status status = vw_file_check_inside(run->out, VW_FIELD_FILE);
     if (status) return status;
-    bool present = vw_checksums_find(read, VW_FIELD_FILE)->present;
+    bool present = vw_file_exists_inside(run->out, VW_FIELD_FILE);
     *state = !present ? FIELD_ABSENT : recorded ? FIELD_INTACT : FIELD_NOT_RECORDED;
-    return !present || is_running(run) ? VW_OK : vw_checksums_check_field(read, run->out, recorded);
+    return !present || is_running(run) ? VW_OK : vw_checksums_check_field(run->out, recorded);
 }
 
 // ---- All checks ----------------------------------------------------------------------------------------------------
@@ -98,17 +84,7 @@ struct checks {
     struct vw_recorded_run run;
     struct run_scores scores;
     enum field_state field;
-    struct vw_checksums read; // result files, by the bytes that were compared
 };
-
-static enum vw_status check_identity(struct checks *checks, char log_sha256[VW_HASH_HEX_BYTES]) {
-    const struct vw_value_input *input = &checks->scores.computed.input;
-    bool validated = input->record_count && (input->records[0].validated || input->records[0].nonfinite);
-    enum vw_status status = check_import(&checks->run, &checks->scores.computed, log_sha256);
-    if (status) return status;
-    status = vw_run_row_check(&checks->run, input->record_count ? &validated : NULL);
-    return status ? vw_fail_context(status, "%s", checks->run.ledger_path) : VW_OK;
-}
 
 static enum vw_status repeat(const struct vw_verify_params *params, struct checks *checks,
                              struct vw_verification *made) {
@@ -134,11 +110,11 @@ static enum vw_status check_all(const struct vw_verify_params *params, struct ch
         if (intact) status = intact;
     }
     if (!status) status = check_scores(run, &checks->scores);
-    if (!status) status = check_identity(checks, made->log_sha256);
+    if (!status && vw_is_imported(&run->row)) status = vw_imported_log_sha256(&run->row, made->log_sha256);
     if (!status) status = check_head(run, params->expect);
-    if (!status) status = check_tables(run, params, &checks->scores, &checks->read);
-    if (!status) status = check_field(run, &checks->read, &checks->field);
-    if (!status) status = vw_checksums_check(run->out, run->ledger, NULL, &checks->read, &made->list);
+    if (!status) status = check_tables(run, params, &checks->scores);
+    if (!status) status = check_field(run, &checks->field);
+    if (!status) status = vw_checksums_check(run->out, run->ledger, NULL, &made->list);
     return status ? status : repeat(params, checks, made);
 }
 
@@ -162,16 +138,14 @@ static void list_ledger(const struct checks *checks, struct vw_verification *mad
                                  : "the hash chain; --lasting makes it again");
     add(made, "order of methods", ended ? "intact" : "absent", ended ? "the hash chain, and computed again" : "");
     if (*made->log_sha256) {
-        add(made, "identity", "intact", "run_id and subset_hash, recomputed");
         add(made, "log", "claimed", "nothing: the log's SHA-256 is in the ledger, the log is not");
         return;
     }
-    add(made, "identity", "intact", "run_id, subset_hash and seed, recomputed from the other columns");
     add(made, "scene, shaders, device", replayed ? "intact" : "claimed",
         replayed ? "--replay: the scene is open, and its first steps repeat" : "nothing without --replay");
 }
 
-// Returns what vouches for a result file that is there; NULL: nothing.
+// Returns how a result file was checked; NULL: it was not.
 static const char *covered_by(const struct checks *checks, const struct vw_verify_params *params,
                               const struct vw_verification *made, const char *name) {
     bool by_provider = false;
@@ -184,9 +158,9 @@ static const char *covered_by(const struct checks *checks, const struct vw_verif
 
 static void list_files(const struct checks *checks, const struct vw_verify_params *params,
                        struct vw_verification *made) {
-    for (size_t i = 0; i < vw_out_file_count; i++) {
+    for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++) {
         const char *name = vw_out_files[i].name, *by = covered_by(checks, params, made, name);
-        if (!vw_out_files[i].result || !strcmp(name, VW_LEDGER_FILE)) continue;
+        if (!strcmp(name, VW_LEDGER_FILE)) continue;
         if (!vw_file_exists_inside(params->out, name)) add(made, name, "absent", "");
         else add(made, name, by ? "intact" : "not checked", by ? by : "nothing without " VW_CHECKSUMS_FILE);
     }

@@ -4,7 +4,6 @@
 
 #include <stdbool.h>
 
-#include "run/outputs/checksums.h"
 #include "run/scoring.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
@@ -15,7 +14,6 @@ struct vw_table_sources {
     struct vw_ledger *ledger;
     const struct vw_scoring *scoring; // its scores are those recorded, or of a run that goes on those of its steps
     const char *providers;            // FILE.csv with the providers; NULL: those of the ledger
-    struct vw_checksums *read;        // notes the bytes that were compared
 };
 
 // Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them with the files
