@@ -88,7 +88,7 @@ static const struct vw_config_field table[] = {
     NUMBER(huber_length, "huber-length", REAL, 0.001, 1, ALL),
     NUMBER(ssim_weight, "ssim-weight", REAL, 0, 1, SPLATS, OF_SPLATS(0.2)),
     NUMBER(beta_min, "beta-min", REAL, 0.001, 10, ALL),
-    NUMBER(consistency_weight, "consistency-weight", REAL, 0, 1000, ALL),
+    NUMBER(consistency_weight, "consistency-weight", REAL, 0, 1000, SAMPLED),
     NUMBER(learning_rate, "lr", REAL, 1e-12, 1e6, ALL, OF_MLP(5e-4), OF_SPLATS(6)),
     NUMBER(learning_rate_decay, "learning-rate-decay", REAL, 1e-6, 1, ALL, OF_MLP(1), OF_SPLATS(0.01)),
     NUMBER(decay_epochs, "decay-epochs", WHOLE, 0, 1e9, ALL),

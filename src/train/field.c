@@ -62,18 +62,13 @@ static enum vw_status fill_params(const struct vw_radiance_field *field, uint64_
 enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
                                uint64_t seed, struct vw_radiance_field *field) {
     *field = (struct vw_radiance_field){.gpu = gpu, .objects = {.gpu = gpu}, .model = model, .scene = scene};
-    uint64_t chunk = model->specialization.chunk_samples;
     const struct vw_buffer_row buffers[] = {
         {&field->cameras, "cameras", sizeof(struct vw_gpu_camera) * scene->view_count},
         {&field->params, "params", model->param_bytes},
-        // buffers of another kind of field are not created
-        {&field->rows, "rows", model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, chunk)},
-        {&field->grid_rows, "grid_rows", VW_GRID_ROW_BYTES * VW_ROWS_SIZE(model->grid_row_count, chunk)},
-        {&field->head_rows, "head_rows", VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->head_row_count, chunk)},
-        {&field->d_rows, "d_rows", VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->d_row_count, chunk)},
         {&field->step_state, "step_state", sizeof(struct vw_step_state)},
     };
     enum vw_status status = vw_buffers_create(&field->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+    if (!status && model->renderer->create_field) status = model->renderer->create_field(field);
     if (!status) status = fill_cameras(field, scene);
     if (!status) status = fill_params(field, seed);
     if (!status) status = vw_effects_create_buffers(model, &field->objects, true, 0, 0, field->effect_buffers);
@@ -86,40 +81,15 @@ void vw_field_destroy(struct vw_radiance_field *field) { vw_gpu_objects_destroy(
 
 void vw_field_bind(const struct vw_radiance_field *field, bool training, struct vw_binding *bindings, uint32_t *count) {
     const struct vw_model *model = field->model;
-    uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
-    uint64_t grid_bytes = model->grid.size_bytes;
-    bool grid = grid_bytes > 0, of_grid = grid && training; // rendering does not read its rows
-    struct vw_buffer *layers = grid ? field->head_rows : field->rows;
     const struct vw_binding shared[] = {
-        // The storage view is declared but not read where the texel view gathers a grid larger than one storage
-        // binding.
-        {.slot = VW_SLOT_GRID,
-         .buffer = field->params,
-         .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes,
-         .unused = !grid},
-        {.slot = VW_SLOT_GRID_TEXEL,
-         .buffer = field->params,
-         .size_bytes = grid_bytes,
-         .texel = VW_TEXEL_FLOAT2,
-         .unused = !grid},
         {.slot = VW_SLOT_WEIGHTS,
          .buffer = field->params,
          .offset_bytes = model->weights.offset_bytes,
          .size_bytes = 16 * (uint64_t)model->moved_columns},
         {.slot = VW_SLOT_CAMERAS, .buffer = field->cameras},
-        {.slot = VW_SLOT_ROWS, .buffer = field->rows, .unused = !of_grid},
-        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_UINT2, .unused = !of_grid},
-        {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows, .unused = !of_grid},
-        {.slot = VW_SLOT_GRID_ROWS_TEXEL, .buffer = field->grid_rows, .texel = VW_TEXEL_FLOAT4, .unused = !of_grid},
-        {.slot = VW_SLOT_LAYER_ROWS, .buffer = layers, .unused = !layers},
-        {.slot = VW_SLOT_LAYER_ROWS_TEXEL, .buffer = layers, .texel = VW_TEXEL_FLOAT4, .unused = !layers},
-        {.slot = VW_SLOT_D_LAYER_ROWS, .buffer = field->d_rows, .unused = !field->d_rows},
-        {.slot = VW_SLOT_D_LAYER_ROWS_TEXEL,
-         .buffer = field->d_rows,
-         .texel = VW_TEXEL_FLOAT4,
-         .unused = !field->d_rows},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state, .unused = !training}, // unread then
     };
     memcpy(bindings + *count, shared, sizeof shared);
     *count += VW_ARRAY_COUNT(shared);
+    if (model->renderer->bind_field) model->renderer->bind_field(field, training, bindings, count);
 }

@@ -16,22 +16,12 @@ struct vw_param_range {
     uint64_t offset_bytes, size_bytes;
 };
 
-// Levels of the grid whose gradient and params fit one storage binding.
-struct vw_grid_window {
-    uint32_t first_level, level_count;
-    uint32_t first_pair, pair_count;
-};
-
 struct vw_effect_kind;   // effects/kind.h
-struct vw_field_kind;    // fields/registry.h
 struct vw_renderer_kind; // renderers/registry.h
-
-enum { VW_GRID_PAIR_BYTES = 8 }; // a feature pair: two floats
 
 struct vw_model {
     const struct vw_config *config; // borrowed
     const struct vw_renderer_kind *renderer;
-    const struct vw_field_kind *kind;        // NULL with another renderer than the volume
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // key of what passes draw, apart from order and initialisation
     double learning_rate_decay;              // vw_config
@@ -39,12 +29,7 @@ struct vw_model {
     struct vw_box box;                       // that the field sees: the scene's, or that of an effect (field_box.h)
     bool box_of_effect;                      // the latter
     bool awaits_params;                      // a file will bring them: no exposures are taken from the scene
-    struct vw_param_range grid,
-        weights; // grid: VW_GRID_PAIR_BYTES per feature pair, empty without one; weights: vec4 columns
-    // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
-    // field lays them out, moved as weights are.
-    struct vw_param_range coarse;
-    uint32_t coarse_columns, coarse_column;                    // how many, which the field says; which is its first
+    struct vw_param_range weights;           // vec4 columns
     const struct vw_effect_kind *const *effect_table;          // all of them, up to a NULL
     const struct vw_effect_kind *effects[VW_EFFECT_COUNT_MAX]; // the ones that are on, in the order of the table
     uint32_t effect_count;
@@ -57,27 +42,15 @@ struct vw_model {
     uint32_t view_count;         // views of the scene
     const uint32_t *train_views; // borrowed; scene indices, ascending; NULL: the scene's split train
     uint32_t train_count;
-    void *of_renderer;   // owned: what the renderer lays out of its own, apart from fields
+    void *of_renderer;   // owned: what the renderer lays out of its own
     uint32_t patch_side; // validation looks at squares of so many pixels along a side; 1: at single pixels
     uint64_t param_bytes;
     uint64_t param_count;          // trainable numbers, without padding
-    uint32_t pair_count;           // pairs of all levels, with padding
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
     uint32_t weight_columns;       // columns of the networks, including the head of the effect transient
     uint32_t moved_columns;        // by update_weights: theirs, those of effects, and coarse ones
     uint32_t followed_columns;     // the first of these, which lasting credit goes back to
-    uint32_t partial_columns;      // columns whose partial sums are stored at a time
-    uint32_t weight_tiles;         // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
-    uint32_t row_count, row_bytes; // activation rows of a sample, and the bytes of one
-    uint32_t grid_row_count;       // rows of the field hash
-    uint32_t head_row_count;       // field hash: rows of the effect transient's head, as those of the field mlp
-    uint32_t d_row_count;          // rows of layers, of the field mlp or that head
-    uint32_t depth, trunk4;        // field mlp: layers of the trunk, their width / 4
-    enum vw_scatter_form scatter;
-    uint32_t ray_group;   // rays come in multiples of this, so that their samples, of both kinds, fill whole workgroups
-    uint32_t ray_samples; // samples of the kind of which a ray has more: the room of a chunk
-    struct vw_grid_window windows[VW_LEVELS_MAX];
-    uint32_t window_count;
+    uint32_t ray_group; // rays come in multiples of this, so that their samples, of both kinds, fill whole workgroups
 };
 
 // The largest offset alignment that Vulkan allows a device to ask for.

@@ -133,7 +133,7 @@ static void whole_steps(struct hard_finding *finding) {
         struct step_bench *bench = step_bench_open(&whole);
         hard_check_rendering(finding, bench);
         hard_check_step(finding, bench, STEP);
-        step_bench_check_chunks(&whole, bench->model.ray_group * bench->model.ray_samples, STEP);
+        step_bench_check_chunks(&whole, bench->model.ray_group * vw_volume_of(&bench->model)->ray_samples, STEP);
         test_release(bench);
     }
 }
@@ -153,8 +153,9 @@ static const struct step_case coarse_setup = {.name = "coarse network",
 // Sets all params of the coarse network to 0, and then the bias of its raw density: the same density everywhere.
 static void make_coarse_network(struct step_bench *bench, float bias) {
     struct vw_mlp_list list;
-    vw_mlp_list(&bench->model, false, bench->model.coarse_column, &list);
-    memset((char *)bench->params + bench->model.coarse.offset_bytes, 0, bench->model.coarse.size_bytes);
+    vw_mlp_list(&bench->model, false, vw_volume_of(&bench->model)->coarse_column, &list);
+    memset((char *)bench->params + vw_volume_of(&bench->model)->coarse.offset_bytes, 0,
+           vw_volume_of(&bench->model)->coarse.size_bytes);
     for (uint32_t i = 0; i < list.count; i++)
         if (list.matrices[i].out == 1) bench->params[4 * (size_t)list.matrices[i].first_bias] = bias;
     step_bench_write_params(bench);
@@ -176,7 +177,7 @@ static void check_places(struct hard_finding *finding, struct step_bench *bench,
 
 static void coarse_network_of(struct hard_finding *finding, float bias, bool learns) {
     struct step_bench *bench = step_bench_open(&coarse_setup);
-    const struct vw_param_range *field = &bench->model.weights, *coarse = &bench->model.coarse;
+    const struct vw_param_range *field = &bench->model.weights, *coarse = &vw_volume_of(&bench->model)->coarse;
     make_coarse_network(bench, bias);
     step_bench_step(bench, STEP);
     check_places(finding, bench, exp(bias));

@@ -81,8 +81,8 @@ TEST(windows_of_the_grid_change_no_bit) {
         struct step_case chunked = *setups[i];
         chunked.chunk_samples = 256; // the chunk's activations fit such a binding
         struct step_bench *windows = step_bench_open_clamped(&chunked, &clamp);
-        assert_true(windows->model.window_count > 1);
-        if (windows->model.grid.size_bytes > clamp.storage_binding_bytes)
+        assert_true(vw_volume_of(&windows->model)->window_count > 1);
+        if (vw_volume_of(&windows->model)->grid.size_bytes > clamp.storage_binding_bytes)
             assert_int_equal(windows->model.specialization.grid_texel, 1);
         assert_int_equal(windows->model.specialization.wide_gradient, i == 1);
         expect_same(i, windows);

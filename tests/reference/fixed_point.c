@@ -1,4 +1,5 @@
 #include "reference.h"
+#include "train/fields/registry.h"
 
 #include <math.h>
 
@@ -18,7 +19,7 @@ void reference_grid_scatter_fixed(const struct vw_specialization *s, const doubl
 
 // Reads one word per feature when wide. A narrow word is first + second * 2^32, both signed.
 void reference_unpack_grid(const struct vw_model *model, const uint64_t *words, int64_t *quanta) {
-    for (uint64_t i = 0; i < 2 * (uint64_t)model->pair_count; i++) {
+    for (uint64_t i = 0; i < 2 * (uint64_t)vw_volume_of(model)->pair_count; i++) {
         if (model->specialization.wide_gradient) {
             quanta[i] = (int64_t)words[i];
         } else {

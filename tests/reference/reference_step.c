@@ -3,11 +3,12 @@
 
 #include "base/memory.h"
 #include "train/effects/ray_network.h"
+#include "train/fields/registry.h"
 
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
     struct reference_params *reference = test_allocate(1, sizeof *reference);
-    reference->grid = test_allocate(2 * (size_t)model->pair_count, sizeof *reference->grid);
-    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) reference->grid[i] = params[i];
+    reference->grid = test_allocate(2 * (size_t)vw_volume_of(model)->pair_count, sizeof *reference->grid);
+    for (size_t i = 0; i < 2 * (size_t)vw_volume_of(model)->pair_count; i++) reference->grid[i] = params[i];
     reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params,
                                   &reference->weights);
     reference_sky_read(model, params, reference->sky);
@@ -46,7 +47,7 @@ struct reference_step *reference_step_create(const struct vw_model *model, const
     step->places = test_allocate(ray_count, sizeof *step->places);
     step->features = test_allocate(ray_count, sizeof *step->features);
     step->visible = test_allocate(ray_count, sizeof *step->visible);
-    step->d_grid = test_allocate(2 * (size_t)model->pair_count, sizeof *step->d_grid);
+    step->d_grid = test_allocate(2 * (size_t)vw_volume_of(model)->pair_count, sizeof *step->d_grid);
     for (uint32_t i = 0; i < ray_count; i++) step->rays[i] = reference_ray_of(&rays[i]);
     return step;
 }
@@ -163,7 +164,7 @@ void reference_step_backward(struct reference_step *step, const struct reference
     memset(step->d_visibility, 0, sizeof step->d_visibility);
     memset(step->d_uncertainty, 0, sizeof step->d_uncertainty);
     memset(step->d_visibility_code, 0, sizeof step->d_visibility_code);
-    memset(step->d_grid, 0, 2 * (size_t)step->model->pair_count * sizeof *step->d_grid);
+    memset(step->d_grid, 0, 2 * (size_t)vw_volume_of(step->model)->pair_count * sizeof *step->d_grid);
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];
         struct reference_d_sample *d_samples = &step->d_samples[(size_t)ray * s->samples];

@@ -58,16 +58,16 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
     const struct vw_gpu_limits *limits = vw_gpu_get_limits(bench->gpu);
     bool can = c->scatter == SCATTER_WALK ? limits->int64 : limits->int64_atomics;
-    bench->model.scatter = can ? c->scatter : SCATTER_SPLIT_ATOMICS;
-    s->chunk_samples = c->chunk_samples
-                           ? c->chunk_samples
-                           : vw_model_pad_rays(&bench->model, bench->config.rays) * bench->model.ray_samples;
+    vw_volume_of(&bench->model)->scatter = can ? c->scatter : SCATTER_SPLIT_ATOMICS;
+    s->chunk_samples = c->chunk_samples ? c->chunk_samples
+                                        : vw_model_pad_rays(&bench->model, bench->config.rays) *
+                                              vw_volume_of(&bench->model)->ray_samples;
     if (c->slice_samples) s->slice_samples = c->slice_samples;
     if (c->slice_parts) s->slice_parts = c->slice_parts;
     if (c->ray_lanes) s->ray_lanes = c->ray_lanes;
     if (c->distortion) s->effect_distortion = c->distortion;
-    s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
-                                          vw_gpu_get_limits(bench->gpu)->texel_elements;
+    s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)vw_volume_of(&bench->model)->row_count,
+                                                   s->chunk_samples) <= vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
     s->wide_gradient = 1;
     s->gradient_quantum = 0x1p-34f;
@@ -89,10 +89,10 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
           weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
     bench->params = test_allocate(bench->model.param_bytes, 1);
     stop_unless(bench, vw_model_initialise(&bench->model, bench->scene, c->seed, bench->params));
-    size_t grid = bench->model.grid.size_bytes / sizeof(float),
+    size_t grid = vw_volume_of(&bench->model)->grid.size_bytes / sizeof(float),
            sky = bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.ranges[VW_SLOT_SKY].size_bytes / sizeof(float);
-    for (size_t i = 0; i < 2 * (size_t)bench->model.pair_count; i++)
+    for (size_t i = 0; i < 2 * (size_t)vw_volume_of(&bench->model)->pair_count; i++)
         bench->params[i] = grid_scale * test_random_next(&random);
     size_t all = bench->model.param_bytes / sizeof(float);
     for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
@@ -361,11 +361,11 @@ static float from_bfloat(uint16_t half) {
 }
 
 static uint16_t *bfloats_at(const struct step_bench *bench, uint16_t *rows, uint32_t row, uint32_t slot) {
-    return rows + 4 * (size_t)VW_ROW_PLACE(bench->model.row_count, row, slot);
+    return rows + 4 * (size_t)VW_ROW_PLACE(vw_volume_of(&bench->model)->row_count, row, slot);
 }
 
 static float *grid_row_at(const struct step_bench *bench, float *grid_rows, uint32_t row, uint32_t slot) {
-    return grid_rows + 4 * (size_t)VW_ROW_PLACE(bench->model.grid_row_count, row, slot);
+    return grid_rows + 4 * (size_t)VW_ROW_PLACE(vw_volume_of(&bench->model)->grid_row_count, row, slot);
 }
 
 // Converts the device's form of one slot to floats; pack_slot() converts back.

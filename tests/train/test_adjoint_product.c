@@ -19,7 +19,7 @@ static void add_params(struct reference_params *to, const struct reference_param
                        const struct vw_model *model) {
     double *weights = (double *)&to->weights;
     const double *towards = (const double *)&direction->weights;
-    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) to->grid[i] += factor * direction->grid[i];
+    for (size_t i = 0; i < 2 * (size_t)vw_volume_of(model)->pair_count; i++) to->grid[i] += factor * direction->grid[i];
     for (size_t i = 0; i < sizeof to->weights / sizeof *weights; i++) weights[i] += factor * towards[i];
     for (int i = 0; i < 3 * VW_SKY_COLUMNS; i++) to->sky[i / 3][i % 3] += factor * direction->sky[i / 3][i % 3];
     for (size_t i = 0; i < VW_ARRAY_COUNT(to->code_weights); i++)
@@ -101,7 +101,7 @@ static double *as_block(const struct vw_model *model, struct reference_step *ste
            *code_weights = block + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / 4,
            *codes = block + model->ranges[VW_SLOT_CODES].offset_bytes / 4;
     struct reference_matrix matrices[REFERENCE_MATRICES];
-    memcpy(block, step->d_grid, 2 * (size_t)model->pair_count * sizeof *block);
+    memcpy(block, step->d_grid, 2 * (size_t)vw_volume_of(model)->pair_count * sizeof *block);
     reference_matrices(s, &step->d_weights, matrices);
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++)
         for (uint32_t i = 0; i < matrices[m].out * matrices[m].in; i++)

@@ -46,7 +46,7 @@ static void copy_range(const struct step_bench *from, const struct vw_param_rang
 static void take_over(const struct step_bench *own, struct step_bench *even) {
     const struct vw_param_range network = vw_visibility_network(&own->model),
                                 even_network = vw_visibility_network(&even->model);
-    copy_range(own, &own->model.coarse, even, &even->model.weights);
+    copy_range(own, &vw_volume_of(&own->model)->coarse, even, &even->model.weights);
     copy_range(own, &own->model.ranges[VW_SLOT_SKY], even, &even->model.ranges[VW_SLOT_SKY]);
     copy_range(own, &own->model.ranges[VW_SLOT_APPEARANCE], even, &even->model.ranges[VW_SLOT_APPEARANCE]);
     copy_range(own, &network, even, &even_network);
@@ -70,8 +70,9 @@ TEST(its_gradient_is_that_of_a_field_of_even_samples) {
         step_bench_gradients(own, 3);
         step_bench_gradients(even, 3);
         float *d_own = step_bench_read(own, own->step.d_weights), *d_even = step_bench_read(even, even->step.d_weights);
-        check_same_bits(own->where, "gradient of the coarse network", d_own + 4 * (size_t)own->model.coarse_column,
-                        d_even, own->model.coarse.size_bytes);
+        check_same_bits(own->where, "gradient of the coarse network",
+                        d_own + 4 * (size_t)vw_volume_of(&own->model)->coarse_column, d_even,
+                        vw_volume_of(&own->model)->coarse.size_bytes);
         test_release(own);
         test_release(even);
     }
@@ -87,9 +88,10 @@ TEST(it_learns_as_a_field_of_even_samples) {
         step_bench_step(even, number);
     }
     float *params = step_bench_read(own, own->field.params), *expected = step_bench_read(even, even->field.params);
-    float *coarse = first_of(params, &own->model.coarse);
-    check_same_bits(own->where, "coarse network", coarse, expected, own->model.coarse.size_bytes);
-    assert_memory_not_equal(coarse, first_of(own->params, &own->model.coarse), own->model.coarse.size_bytes);
+    float *coarse = first_of(params, &vw_volume_of(&own->model)->coarse);
+    check_same_bits(own->where, "coarse network", coarse, expected, vw_volume_of(&own->model)->coarse.size_bytes);
+    assert_memory_not_equal(coarse, first_of(own->params, &vw_volume_of(&own->model)->coarse),
+                            vw_volume_of(&own->model)->coarse.size_bytes);
 }
 
 // Gradients of the field and of the coarse network at these params, and the step's loss.
@@ -110,18 +112,19 @@ TEST(the_field_sees_nothing_of_its_colours) {
     setup.effects = "sky,appearance,visibility"; // their gradients are those of the field's colours
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_model *model = &bench->model;
-    uint32_t end = model->coarse_column + model->coarse_columns;
+    uint32_t end = vw_volume_of(model)->coarse_column + vw_volume_of(model)->coarse_columns;
     struct taken before = take(bench);
     float *last_bias = first_of(bench->params, &model->weights) + 4 * (size_t)(end - 1); // biases of the logits of rgb
     last_bias[0] += 0.5f;
     struct taken after = take(bench);
     check_same_bits(bench->where, "loss", after.scalars, before.scalars, sizeof *before.scalars);
     check_same_bits(bench->where, "gradient of field and sky", after.d_weights, before.d_weights,
-                    16 * (size_t)model->coarse_column);
+                    16 * (size_t)vw_volume_of(model)->coarse_column);
     check_same_bits(bench->where, "gradient of visibility", after.d_weights + 4 * (size_t)end,
                     before.d_weights + 4 * (size_t)end, 16 * (size_t)(model->moved_columns - end));
-    assert_memory_not_equal(after.d_weights + 4 * (size_t)model->coarse_column,
-                            before.d_weights + 4 * (size_t)model->coarse_column, model->coarse.size_bytes);
+    assert_memory_not_equal(after.d_weights + 4 * (size_t)vw_volume_of(model)->coarse_column,
+                            before.d_weights + 4 * (size_t)vw_volume_of(model)->coarse_column,
+                            vw_volume_of(model)->coarse.size_bytes);
 }
 
 // With the same params in both networks, a step has the places, the loss and the gradient of one that shares them.
@@ -129,7 +132,7 @@ TEST(equal_networks_place_as_one) {
     struct step_case setup = coarse_case(), shared = setup;
     shared.own_coarse = false;
     struct step_bench *two = step_bench_open(&setup), *one = step_bench_open(&shared);
-    copy_range(two, &two->model.coarse, two, &two->model.weights);
+    copy_range(two, &vw_volume_of(&two->model)->coarse, two, &two->model.weights);
     copy_range(two, &two->model.weights, one, &one->model.weights);
     struct taken of_two = take(two), of_one = take(one);
     check_same_bits(two->where, "loss", of_two.scalars, of_one.scalars, sizeof *of_one.scalars);
@@ -143,9 +146,9 @@ TEST(both_networks_are_drawn) {
     const struct vw_model *model = &bench->model;
     float *params = test_allocate(1, model->param_bytes);
     ASSERT_OK(vw_model_initialise(model, NULL, 5, params));
-    const float *field = first_of(params, &model->weights), *coarse = first_of(params, &model->coarse);
+    const float *field = first_of(params, &model->weights), *coarse = first_of(params, &vw_volume_of(model)->coarse);
     uint32_t equal = 0, drawn = 0;
-    for (uint64_t i = 0; i < model->coarse.size_bytes / sizeof *params; i++) {
+    for (uint64_t i = 0; i < vw_volume_of(model)->coarse.size_bytes / sizeof *params; i++) {
         drawn += field[i] != 0.0f;
         equal += field[i] != 0.0f && field[i] == coarse[i];
         assert_true((field[i] == 0.0f) == (coarse[i] == 0.0f)); // biases and padding
@@ -158,7 +161,7 @@ TEST(one_that_is_not_finite_marks_the_step) {
     static const float wrong[] = {INFINITY, NAN, 3e38f};
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
         struct step_bench *bench = step_bench_open(&setup);
-        float *coarse = first_of(bench->params, &bench->model.coarse);
+        float *coarse = first_of(bench->params, &vw_volume_of(&bench->model)->coarse);
         for (uint32_t k = 0; k < 64; k++) coarse[k] = wrong[i];
         step_bench_check_skipped(bench, 3);
         test_release(bench);

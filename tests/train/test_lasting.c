@@ -167,7 +167,7 @@ static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra)
     const struct vw_param_range moved = {.offset_bytes = model->weights.offset_bytes,
                                          .size_bytes = 16ull * model->moved_columns};
     if (vw_volume_step_of(step)->grid_moment1)
-        nudge_range(lasting, place, &model->grid, vw_volume_step_of(step)->grid_moment1, extra);
+        nudge_range(lasting, place, &vw_volume_of(model)->grid, vw_volume_step_of(step)->grid_moment1, extra);
     nudge_range(lasting, place, &moved, step->weight_moments, extra);
 }
 

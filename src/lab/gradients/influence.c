@@ -23,18 +23,18 @@ static double rate_of(const struct vw_influence *influence, double moment2, doub
 
 static enum vw_status read_grid_rates(struct vw_influence *influence) {
     const struct vw_trainer_parts *context = influence->gradient_replay.replay.context;
-    const struct vw_model *model = context->field->model;
+    const struct vw_volume_model *volume = vw_volume_of(context->field->model);
     bool lazy = context->config->optimizer == VW_OPTIMIZER_LAZY_ADAM;
-    double *rates = influence->rates + model->grid.offset_bytes / sizeof(float);
-    uint32_t *visits = vw_allocate(model->pair_count, sizeof *visits);
+    double *rates = influence->rates + volume->grid.offset_bytes / sizeof(float);
+    uint32_t *visits = vw_allocate(volume->pair_count, sizeof *visits);
     enum vw_status status = visits ? VW_OK : VW_ERROR_MEMORY;
     if (!status)
         status = vw_buffer_read(vw_volume_step_of(context->step)->grid_moment2, 0, influence->block,
-                                8ull * model->pair_count);
+                                8ull * volume->pair_count);
     if (!status)
         status = vw_buffer_read(vw_volume_step_of(context->step)->grid_visits, 0, visits,
-                                sizeof *visits * (uint64_t)model->pair_count);
-    for (uint64_t i = 0; i < 2ull * model->pair_count && !status; i++)
+                                sizeof *visits * (uint64_t)volume->pair_count);
+    for (uint64_t i = 0; i < 2ull * volume->pair_count && !status; i++)
         rates[i] =
             rate_of(influence, influence->block[i], lazy ? visits[i / 2] : (double)influence->gradient_replay.step);
     free(visits);
@@ -55,7 +55,7 @@ static enum vw_status read_weight_rates(struct vw_influence *influence) {
 
 static enum vw_status read_rates(struct vw_influence *influence) {
     const struct vw_model *model = influence->gradient_replay.replay.context->field->model;
-    enum vw_status status = model->grid.size_bytes ? read_grid_rates(influence) : VW_OK;
+    enum vw_status status = vw_volume_of(model)->grid.size_bytes ? read_grid_rates(influence) : VW_OK;
     return !status ? read_weight_rates(influence) : status;
 }
 

@@ -150,11 +150,11 @@ static enum vw_status create_gather(struct vw_adjoint_passes *backward, const st
 
 static enum vw_status create_gather_grid(struct vw_adjoint_passes *backward, uint32_t index,
                                          struct vw_gathered *gathered) {
-    const struct vw_grid_window *window = &model_of(backward)->windows[index];
+    const struct vw_grid_window *window = &vw_volume_of(model_of(backward))->windows[index];
     uint64_t word = model_of(backward)->specialization.wide_gradient ? 16 : 8, first = window->first_pair,
              pairs = window->pair_count;
-    const struct vw_param_range range = {.offset_bytes = model_of(backward)->grid.offset_bytes + 8 * first,
-                                         .size_bytes = 8 * pairs};
+    const struct vw_param_range range = {
+        .offset_bytes = vw_volume_of(model_of(backward))->grid.offset_bytes + 8 * first, .size_bytes = 8 * pairs};
     const struct vw_binding bindings[] = {
         range_binding(VW_SLOT_GATHERED, gathered->block, &range),
         {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
@@ -174,7 +174,8 @@ static enum vw_status create_gathered(struct vw_adjoint_passes *backward, struct
                                          .size_bytes = 16 * (uint64_t)model->moved_columns};
     enum vw_status status = VW_OK;
     gathered->block = block;
-    for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_gather_grid(backward, i, gathered);
+    for (uint32_t i = 0; i < vw_volume_of(model)->window_count && !status; i++)
+        status = create_gather_grid(backward, i, gathered);
     if (!status) status = create_gather(backward, &vw_shader_gather_weights, &moved, NULL, block, &gathered->weights);
     if (status || !model->specialization.effect_appearance_code) return status;
     return create_gather(backward, &vw_shader_gather_code, &model->ranges[VW_SLOT_CODE_WEIGHTS],
@@ -242,7 +243,8 @@ static enum vw_status create_step_passes(struct vw_adjoint_passes *backward) {
                                                .common = vw_pass_params_of(&plain, bindings, count, adjoint_role)};
     enum vw_status status = vw_gradient_create(backward->context->step, &backward->objects, &given, &backward->product);
     backward->forward.specialization = plain;
-    if (!status) status = model->kind->create_passes(backward->context->field, &ahead, &backward->forward);
+    if (!status)
+        status = vw_volume_of(model)->kind->create_passes(backward->context->field, &ahead, &backward->forward);
     return !status ? vw_passes_create(&backward->objects, &common, passes, VW_ARRAY_COUNT(passes)) : status;
 }
 
@@ -313,8 +315,8 @@ static void record_gather(const struct vw_adjoint_passes *backward, const struct
                           struct vw_submission *submission, bool adds, bool photos, uint32_t rays) {
     const struct vw_model *model = model_of(backward);
     struct vw_push_gather push = {.adds = adds};
-    for (uint32_t i = 0; i < model->window_count; i++) {
-        push.count = model->windows[i].pair_count;
+    for (uint32_t i = 0; i < vw_volume_of(model)->window_count; i++) {
+        push.count = vw_volume_of(model)->windows[i].pair_count;
         vw_submission_dispatch(submission, gathered->grid[i], &push, sizeof push, push.count);
     }
     push.count = model->followed_columns;
@@ -452,7 +454,8 @@ static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_su
                 vw_submission_copy(submission, backward->places, vw_importance_places_bytes(model_of(backward), first),
                                    vw_volume_step_of(step)->places, 0,
                                    vw_importance_places_bytes(model_of(backward), chunk.ray_count));
-            model_of(backward)->kind->record_forward(model_of(backward), &backward->forward, submission, &chunk);
+            vw_volume_of(model_of(backward))
+                ->kind->record_forward(model_of(backward), &backward->forward, submission, &chunk);
             vw_submission_dispatch(submission, backward->difference, &difference, sizeof difference, chunk.ray_count);
         }
     }

@@ -118,9 +118,9 @@ void vw_stored_steps_record_after(const struct vw_stored_steps *stored, struct v
     uint64_t first = block_bytes(step) * place;
     vw_stored_steps_record_before(stored, submission, place + 1); // the next step begins where this one ended
     if (stored->moments) {
-        if (model->grid.size_bytes)
+        if (vw_volume_of(model)->grid.size_bytes)
             vw_submission_copy(submission, vw_volume_step_of(step)->grid_moment1, 0, stored->moments,
-                               first + model->grid.offset_bytes, model->grid.size_bytes);
+                               first + vw_volume_of(model)->grid.offset_bytes, vw_volume_of(model)->grid.size_bytes);
         vw_submission_copy(submission, step->weight_moments, 0, stored->moments, first + model->weights.offset_bytes,
                            16 * (uint64_t)model->moved_columns);
     }

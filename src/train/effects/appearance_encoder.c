@@ -324,7 +324,7 @@ static void record_forward(const struct vw_step_passes *step, struct vw_submissi
                            const struct vw_push_samples *chunk) {
     const struct vw_gradient_passes *gradient = &step->consistency->gradient;
     vw_importance_record(step->field->model, &gradient->importance, submission, chunk);
-    step->field->model->kind->record_forward(step->field->model, &gradient->field, submission, chunk);
+    vw_volume_of(step->field->model)->kind->record_forward(step->field->model, &gradient->field, submission, chunk);
 }
 
 static void record_picture(const struct vw_step_passes *step, struct vw_submission *submission, vw_uint4 key) {

@@ -9,7 +9,6 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "train/effects/kind.h"
-#include "train/fields/registry.h"
 #include "train/renderers/registry.h"
 
 #define CONSTANT VW_EFFECT_CONSTANT

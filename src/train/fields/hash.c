@@ -28,6 +28,7 @@ static uint32_t encoding4_of(const struct vw_model *model) {
 // Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
 // begin at any level.
 static void lay_out_levels(const struct vw_config *config, struct vw_model *model) {
+    struct vw_volume_model *volume = vw_volume_of(model);
     uint64_t table = UINT64_C(1) << config->log2_table,
              alignment_pairs = VW_PARAMS_ALIGNMENT_BYTES / VW_GRID_PAIR_BYTES;
     for (uint32_t level = 0; level < config->levels; level++) {
@@ -37,9 +38,9 @@ static void lay_out_levels(const struct vw_config *config, struct vw_model *mode
         uint64_t entries = dense ? lattice : table;
         model->specialization.dense_levels += dense;
         model->specialization.resolution[level] = (uint32_t)resolution;
-        model->specialization.first_pair[level] = model->pair_count;
+        model->specialization.first_pair[level] = volume->pair_count;
         model->param_count += entries * config->features;
-        model->pair_count += (uint32_t)vw_round_up(entries * config->features / 2, alignment_pairs);
+        volume->pair_count += (uint32_t)vw_round_up(entries * config->features / 2, alignment_pairs);
     }
 }
 
@@ -70,28 +71,30 @@ static void list_head(const struct vw_model *model, struct vw_mlp_list *list) {
 }
 
 static void lay_out_head(struct vw_model *model) {
+    struct vw_volume_model *volume = vw_volume_of(model);
     struct vw_specialization *s = &model->specialization;
     struct vw_mlp_list head;
     list_head(model, &head);
-    vw_mlp_count(&head, &model->partial_columns, &model->param_count);
+    vw_mlp_count(&head, &volume->partial_columns, &model->param_count);
     vw_mlp_specialise_head(&head, s);
     model->weight_columns = head.columns;
-    model->head_row_count = s->layer_rows = head.row_count;
-    model->d_row_count = s->d_layer_rows = head.d_row_count;
+    volume->head_row_count = s->layer_rows = head.row_count;
+    volume->d_row_count = s->d_layer_rows = head.d_row_count;
 }
 
 static void lay_out_weights(struct vw_model *model) {
+    struct vw_volume_model *volume = vw_volume_of(model);
     struct vw_specialization *s = &model->specialization;
     uint32_t encoding4 = encoding4_of(model), width4 = s->width4, blocks = VW_WEIGHT_BLOCKS(encoding4, width4);
-    model->weight_columns = model->partial_columns = own_columns(model);
+    model->weight_columns = volume->partial_columns = own_columns(model);
     if (s->effect_transient) lay_out_head(model);
-    model->weight_tiles = VW_WEIGHT_TILES(encoding4, width4);
-    model->row_count = VW_ROW_COUNT(encoding4, width4);
-    model->row_bytes = VW_ROW_BYTES;
-    model->grid_row_count = VW_GRID_ROW_COUNT(encoding4);
+    volume->weight_tiles = VW_WEIGHT_TILES(encoding4, width4);
+    volume->row_count = VW_ROW_COUNT(encoding4, width4);
+    volume->row_bytes = VW_ROW_BYTES;
+    volume->grid_row_count = VW_GRID_ROW_COUNT(encoding4);
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
-    model->grid = (struct vw_param_range){0, VW_GRID_PAIR_BYTES * (uint64_t)model->pair_count};
-    model->weights = (struct vw_param_range){model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
+    volume->grid = (struct vw_param_range){0, VW_GRID_PAIR_BYTES * (uint64_t)volume->pair_count};
+    model->weights = (struct vw_param_range){volume->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
     // Codes shift the weights of the colour network's input 0, which is constant: the third matrix, see mlp.glsl.
     s->shift_column = 4 * width4 * (encoding4 + GEO4);
     s->shift_stride = 4 * COLOUR4;
@@ -105,7 +108,7 @@ static void lay_out(const struct vw_config *config, struct vw_model *model) {
     s->width4 = config->width / 4;
     lay_out_levels(config, model);
     lay_out_weights(model);
-    model->drawn_before_weights = 2 * (uint64_t)model->pair_count;
+    model->drawn_before_weights = 2 * (uint64_t)vw_volume_of(model)->pair_count;
 }
 
 // ---- Device ---------------------------------------------------------------------------------------------------------
@@ -113,13 +116,14 @@ static void lay_out(const struct vw_config *config, struct vw_model *model) {
 // Divides the grid into windows of whole levels, as many as one binding of 64-bit gradient words can contain.
 static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits,
                                       struct vw_model *model) {
+    struct vw_volume_model *volume = vw_volume_of(model);
     uint32_t word_bytes = model->specialization.wide_gradient ? 16 : 8;
     for (uint32_t level = 0; level < config->levels; level++) {
         uint32_t first = model->specialization.first_pair[level];
-        uint32_t end = level + 1 < config->levels ? model->specialization.first_pair[level + 1] : model->pair_count;
-        struct vw_grid_window *window = model->window_count ? &model->windows[model->window_count - 1] : NULL;
+        uint32_t end = level + 1 < config->levels ? model->specialization.first_pair[level + 1] : volume->pair_count;
+        struct vw_grid_window *window = volume->window_count ? &volume->windows[volume->window_count - 1] : NULL;
         if (!window || (uint64_t)(end - window->first_pair) * word_bytes > limits->storage_binding_bytes) {
-            window = &model->windows[model->window_count++];
+            window = &volume->windows[volume->window_count++];
             *window = (struct vw_grid_window){.first_level = level, .first_pair = first};
         }
         window->level_count++;
@@ -142,17 +146,18 @@ static enum vw_scatter_form choose_scatter(enum vw_scatter_form wanted, const st
 
 static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
                           const struct vw_gpu_limits *limits, struct vw_model *model) {
+    struct vw_volume_model *volume = vw_volume_of(model);
     struct vw_specialization *s = &model->specialization;
     uint32_t picture_rays =
         vw_model_pad_rays(model, model->picture_side * model->picture_side); // add to the same entries
     choose_fixed_point((vw_model_pad_rays(model, config->rays) + picture_rays) * s->samples, s);
-    model->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
-    bool grid_too_large = model->grid.size_bytes > limits->storage_binding_bytes; // for a storage buffer
-    s->grid_texel = (choices->grid_texel || grid_too_large) && model->pair_count <= limits->texel_elements;
+    volume->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
+    bool grid_too_large = volume->grid.size_bytes > limits->storage_binding_bytes; // for a storage buffer
+    s->grid_texel = (choices->grid_texel || grid_too_large) && volume->pair_count <= limits->texel_elements;
     if (!s->grid_texel && grid_too_large)
         return vw_fail(VW_ERROR_USAGE,
                        "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
-                       (unsigned long long)model->grid.size_bytes);
+                       (unsigned long long)volume->grid.size_bytes);
     if (16 * own_columns(model) > limits->shared_memory_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower "
@@ -166,7 +171,7 @@ static enum vw_status fit(const struct vw_config *config, const struct vw_device
 static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
     uint32_t width4 = model->specialization.width4;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
-    vw_fill_uniform(params, 2 * (uint64_t)model->pair_count, 0, GRID_SCALE, drawn->seed);
+    vw_fill_uniform(params, 2 * (uint64_t)vw_volume_of(model)->pair_count, 0, GRID_SCALE, drawn->seed);
     float *next = vw_fill_matrix(weights, drawn, width4, encoding4_of(model));
     next = vw_fill_matrix(next, drawn, GEO4, width4);
     next = vw_fill_matrix(next, drawn, width4, COLOUR4);
@@ -193,10 +198,11 @@ static struct vw_mlp_passes head_of(const struct vw_field_passes *passes) {
 
 static enum vw_status create_scatter(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                      uint32_t index, struct vw_pass **pass) {
+    const struct vw_volume_model *volume = vw_volume_of(field->model);
     static const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
                                                       [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
                                                       [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
-    const struct vw_grid_window *window = &field->model->windows[index];
+    const struct vw_grid_window *window = &volume->windows[index];
     uint64_t word = field->model->specialization.wide_gradient ? 16 : 8;
     struct vw_binding bindings[VW_SLOT_COUNT] = {{.slot = VW_SLOT_D_GRID,
                                                   .buffer = params->d_grid,
@@ -206,7 +212,7 @@ static enum vw_status create_scatter(const struct vw_radiance_field *field, cons
     struct vw_pass_params windowed = params->common;
     windowed.bindings = bindings;
     windowed.binding_count++;
-    return vw_pass_create_of(params->objects, &windowed, scatter[field->model->scatter], pass);
+    return vw_pass_create_of(params->objects, &windowed, scatter[volume->scatter], pass);
 }
 
 static enum vw_status create_head(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
@@ -230,7 +236,7 @@ static enum vw_status create_passes(const struct vw_radiance_field *field, const
     };
     enum vw_status status =
         vw_passes_create(params->objects, &params->common, rows, params->backward ? VW_ARRAY_COUNT(rows) : 1);
-    for (uint32_t i = 0; i < model->window_count && params->backward && !status; i++)
+    for (uint32_t i = 0; i < vw_volume_of(model)->window_count && params->backward && !status; i++)
         status = create_scatter(field, params, i, &passes->passes[HASH_SCATTER + i]);
     return !status && transient ? create_head(field, params, passes) : status;
 }
@@ -255,22 +261,23 @@ static void record_head_back(const struct vw_model *model, const struct vw_field
 
 void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_passes *passes,
                             struct vw_submission *submission, uint32_t samples) {
-    for (uint32_t i = 0; i < model->window_count; i++) {
-        const struct vw_grid_window *window = &model->windows[i];
+    const struct vw_volume_model *volume = vw_volume_of(model);
+    for (uint32_t i = 0; i < volume->window_count; i++) {
+        const struct vw_grid_window *window = &volume->windows[i];
         uint32_t levels = window->level_count;
         struct vw_push_scatter push = {.sample_count = samples,
                                        .first_level = window->first_level,
                                        .level_count = levels,
                                        .first_pair = window->first_pair};
         vw_submission_dispatch(submission, passes->passes[HASH_SCATTER + i], &push, sizeof push,
-                               model->scatter == SCATTER_WALK ? levels : (uint64_t)samples * levels);
+                               volume->scatter == SCATTER_WALK ? levels : (uint64_t)samples * levels);
     }
 }
 
 static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
                             struct vw_submission *submission, const struct vw_push_samples *rays) {
     uint32_t samples = rays->ray_count * model->specialization.samples;
-    uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles,
+    uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * vw_volume_of(model)->weight_tiles,
              parts = model->specialization.slice_parts;
     if (passes->specialization.effect_transient) record_head_back(model, passes, submission, rays);
     vw_submission_dispatch(submission, passes->passes[HASH_BACKWARD], NULL, 0, samples);
@@ -280,7 +287,6 @@ static void record_backward(const struct vw_model *model, const struct vw_field_
 }
 
 const struct vw_field_kind field_hash = {
-    .name = "hash",
     .lay_out = lay_out,
     .fit = fit,
     .initialise = initialise,

@@ -101,7 +101,8 @@ void vw_mlp_specialise_head(const struct vw_mlp_list *list, struct vw_specializa
 
 // Gradients by what layers give out stand in two places in turn, since one layer's is needed while the next is found.
 void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_column, struct vw_mlp_list *list) {
-    const uint32_t width4 = model->trunk4, places[2] = {2, 2 + width4},
+    const struct vw_volume_model *volume = vw_volume_of(model);
+    const uint32_t width4 = volume->trunk4, places[2] = {2, 2 + width4},
                    frequencies = model->specialization.position_frequencies;
     const struct vw_mlp_operand none = {0}, position = {0, 3 + 6 * frequencies, MLP_NONE},
                                 direction = {VW_ENCODED4(frequencies), 3 + 6 * VW_DIRECTION_FREQUENCIES, MLP_NONE};
@@ -110,9 +111,9 @@ void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_co
                                  .d_row_count = 2 + 2 * width4,
                                  .d_heads = {0, 1}};
     struct vw_mlp_operand trunk = position;
-    for (uint32_t layer = 0; layer < model->depth; layer++) {
+    for (uint32_t layer = 0; layer < volume->depth; layer++) {
         trunk = add_layer(list, trunk, layer == SKIP_LAYER + 1 ? position : none, 4 * width4,
-                          places[(model->depth - layer) % 2]);
+                          places[(volume->depth - layer) % 2]);
         rectify_last(list);
         if (layer) list->matrices[list->count - 1 - (layer == SKIP_LAYER + 1)].gates_back = true;
     }
@@ -143,25 +144,26 @@ void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uin
 // ---- Layout ---------------------------------------------------------------------------------------------------------
 
 static void lay_out(const struct vw_config *config, struct vw_model *model) {
+    struct vw_volume_model *volume = vw_volume_of(model);
     struct vw_specialization *s = &model->specialization;
     struct vw_mlp_list list;
-    model->depth = config->mlp_depth;
-    model->trunk4 = config->width / 4;
-    s->width4 = model->trunk4 / 2; // the width of the colour layer, which codes shift
+    volume->depth = config->mlp_depth;
+    volume->trunk4 = config->width / 4;
+    s->width4 = volume->trunk4 / 2; // the width of the colour layer, which codes shift
     s->position_frequencies = config->frequencies;
     if (config->coarse_network == VW_COARSE_NETWORK_OWN) {
         vw_mlp_list(model, false, 0, &list);
-        vw_mlp_count(&list, &model->partial_columns, &model->param_count);
-        model->coarse_columns = list.columns;
+        vw_mlp_count(&list, &volume->partial_columns, &model->param_count);
+        volume->coarse_columns = list.columns;
     }
     vw_mlp_list(model, s->effect_transient, 0, &list);
-    vw_mlp_count(&list, &model->partial_columns, &model->param_count);
+    vw_mlp_count(&list, &volume->partial_columns, &model->param_count);
     if (s->effect_transient) vw_mlp_specialise_head(&list, s);
     model->weight_columns = list.columns;
     model->weights = (struct vw_param_range){0, 16 * (uint64_t)list.columns};
-    model->row_count = s->layer_rows = list.row_count;
-    model->d_row_count = s->d_layer_rows = list.d_row_count;
-    model->row_bytes = VW_LAYER_ROW_BYTES;
+    volume->row_count = s->layer_rows = list.row_count;
+    volume->d_row_count = s->d_layer_rows = list.d_row_count;
+    volume->row_bytes = VW_LAYER_ROW_BYTES;
     s->shift_column = list.shift_column;
     s->shift_stride = 1;
 }
@@ -171,7 +173,7 @@ static enum vw_status fit(const struct vw_config *config, const struct vw_device
     (void)choices;
     model->specialization.gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
     uint64_t slices = model->specialization.chunk_samples / model->specialization.slice_samples,
-             partials = 16 * model->partial_columns * slices, moved = 16 * (uint64_t)model->moved_columns;
+             partials = 16 * vw_volume_of(model)->partial_columns * slices, moved = 16 * (uint64_t)model->moved_columns;
     if (moved > limits->storage_binding_bytes || partials > limits->storage_binding_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "--width: the layers' gradients take %llu bytes, the device binds %llu; lower it",
@@ -203,8 +205,8 @@ static void initialise(const struct vw_model *model, const struct vw_drawn *draw
     vw_mlp_list(model, model->specialization.effect_transient, 0, &list);
     memset(weights, 0, model->weights.size_bytes);
     vw_mlp_initialise(&list, drawn, weights);
-    if (!model->coarse_columns) return;
-    vw_mlp_list(model, false, model->coarse_column, &list);
+    if (!vw_volume_of(model)->coarse_columns) return;
+    vw_mlp_list(model, false, vw_volume_of(model)->coarse_column, &list);
     vw_mlp_initialise(&list, drawn, weights);
 }
 
@@ -413,7 +415,6 @@ static void record_backward(const struct vw_model *model, const struct vw_field_
 }
 
 const struct vw_field_kind field_mlp = {
-    .name = "mlp",
     .renders_in_rows = true,
     .lay_out = lay_out,
     .fit = fit,

@@ -46,9 +46,9 @@ struct vw_mlp_operand {
     uint32_t row, numbers, d_row; // numbers: without padding; d_row: MLP_NONE where no gradient is wanted
 };
 
-// Lists the matrices: a function of model->depth, model->trunk4 and the frequencies of the specialization. `transient`:
-// with the head of that effect after the other matrices, in further rows; its place is written into the specialization.
-// `first_column`: the column with which the network begins; 0, or model->coarse_column for the coarse one.
+// Lists the matrices: a function of the model's depth, its width and the frequencies of the specialization.
+// `transient`: with the head of that effect after the other matrices, in further rows; its place is written into the
+// specialization. `first_column`: the column with which the network begins; 0, or coarse_column for the coarse one.
 void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_column, struct vw_mlp_list *list);
 
 // ---- Layers, also of the head of the effect transient, which both fields have ---------------------------------------

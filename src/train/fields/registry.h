@@ -7,13 +7,43 @@
 
 #include "gpu/compute.h"
 #include "interface.h"
+#include "train/model.h"
 #include "train/passes.h"
 #include "viewworth/train.h"
 
-struct vw_radiance_field; // train/field.h, and so on
-struct vw_drawn;          // model.h
-struct vw_model;
-struct vw_device_choices;
+struct vw_radiance_field; // train/field.h
+struct vw_field_kind;
+
+enum { VW_GRID_PAIR_BYTES = 8 }; // a feature pair: two floats
+
+// Levels of the grid whose gradient and params fit one storage binding.
+struct vw_grid_window {
+    uint32_t first_level, level_count;
+    uint32_t first_pair, pair_count;
+};
+
+// The layout of a field, of a model (vw_model.of_renderer of the renderer `volume`).
+struct vw_volume_model {
+    const struct vw_field_kind *kind;
+    struct vw_param_range grid; // VW_GRID_PAIR_BYTES per feature pair, empty without one
+    // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
+    // field lays them out, moved as weights are.
+    struct vw_param_range coarse;
+    uint32_t coarse_columns, coarse_column; // how many, which the field says; which is its first
+    uint32_t ray_samples;                   // samples of the kind of which a ray has more: the room of a chunk
+    uint32_t pair_count;                    // pairs of all levels, with padding
+    uint32_t partial_columns;               // columns whose partial sums are stored at a time
+    uint32_t weight_tiles;                  // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
+    uint32_t row_count, row_bytes;          // activation rows of a sample, and the bytes of one
+    uint32_t grid_row_count;                // rows of the field hash
+    uint32_t head_row_count; // field hash: rows of the effect transient's head, as those of the field mlp
+    uint32_t d_row_count;    // rows of layers, of the field mlp or that head
+    uint32_t depth, trunk4;  // field mlp: layers of the trunk, their width / 4
+    enum vw_scatter_form scatter;
+    struct vw_grid_window windows[VW_LEVELS_MAX];
+    uint32_t window_count;
+};
+static inline struct vw_volume_model *vw_volume_of(const struct vw_model *model) { return model->of_renderer; }
 
 enum { FIELD_PASSES_MAX = 32 };
 
@@ -21,7 +51,7 @@ enum { FIELD_PASSES_MAX = 32 };
 // buffers of a step.
 struct vw_field_passes {
     struct vw_specialization specialization;
-    uint32_t first_column; // the first column of weights of the network: 0, or model->coarse_column
+    uint32_t first_column; // the first column of weights of the network: 0, or vw_volume_model.coarse_column
     struct vw_pass *passes[FIELD_PASSES_MAX];
 };
 
@@ -33,7 +63,6 @@ struct vw_field_pass_params {
 };
 
 struct vw_field_kind {
-    const char *name;     // as --field takes it
     bool renders_in_rows; // it needs the rows of a training chunk to render, too
     // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has, and how
     // many columns a coarse network. The first to be called; the specialization has config and effects.
@@ -55,8 +84,6 @@ struct vw_field_kind {
 };
 
 extern const struct vw_field_kind field_hash, field_mlp;
-
-const struct vw_field_kind *vw_field_kind_of(enum vw_field field);
 
 // ---- The field hash -------------------------------------------------------------------------------------------------
 

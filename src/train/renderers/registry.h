@@ -14,6 +14,7 @@ struct vw_drawn;
 struct vw_evaluator;
 struct vw_model;
 struct vw_pixel_draw;
+struct vw_radiance_field;
 struct vw_scene;
 struct vw_step_passes;
 
@@ -67,6 +68,11 @@ struct vw_renderer_kind {
                           const struct vw_gpu_limits *limits, struct vw_model *model);
     enum vw_status (*initialise)(const struct vw_model *model, const struct vw_scene *scene,
                                  const struct vw_drawn *drawn, void *params);
+    // Creates what passes over a field need beyond its params, and binds it and the renderer's params for them, after
+    // the first `*count`. The field owns it. Both may be NULL.
+    enum vw_status (*create_field)(struct vw_radiance_field *field);
+    void (*bind_field)(const struct vw_radiance_field *field, bool training, struct vw_binding *bindings,
+                       uint32_t *count);
     const struct vw_renderer_step *step;
     const struct vw_renderer_evaluation *evaluation;
 };

@@ -180,8 +180,8 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
     float *params = test_allocate(bench->model.param_bytes, 1);
     memcpy(params, bench->params, bench->model.param_bytes);
     if (kind == INPUT_ORDINARY) return params;
-    size_t features = 2 * (size_t)bench->model.pair_count,
-           rest = (bench->model.param_bytes - bench->model.grid.size_bytes) / sizeof *params;
+    size_t features = 2 * (size_t)vw_volume_of(&bench->model)->pair_count,
+           rest = (bench->model.param_bytes - vw_volume_of(&bench->model)->grid.size_bytes) / sizeof *params;
     input_fill(kind, &random, params, features);
     if (kind == INPUT_ZERO || kind == INPUT_NEGATIVE_ZERO)
         input_fill(kind, &random, params + bench->model.weights.offset_bytes / sizeof *params, rest);
@@ -211,7 +211,7 @@ void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     float *params = make_params(bench, kind);
     struct reference reference = {.params = reference_params_create(&bench->model, params)};
     reference_matrices(s, &reference.params->weights, reference.matrices);
-    reference.grid_largest = largest(reference.params->grid, 2 * (size_t)bench->model.pair_count);
+    reference.grid_largest = largest(reference.params->grid, 2 * (size_t)vw_volume_of(&bench->model)->pair_count);
     step_bench_write(bench, bench->field.params, params);
     mix(bench, &reference, 1.0);
     check_training(bench, &reference);

@@ -90,7 +90,7 @@ static void expect_sample(const struct step_bench *bench, const float *rows, uin
 }
 
 void scatter_check(const struct step_bench *bench, const float *rows, const uint64_t *words, uint32_t clamped) {
-    uint64_t features = 2 * (uint64_t)bench->model.pair_count;
+    uint64_t features = 2 * (uint64_t)vw_volume_of(&bench->model)->pair_count;
     struct expected expected = {test_allocate(features, sizeof(double)), test_allocate(features, sizeof(double)),
                                 test_allocate(features, sizeof(double)), 0};
     int64_t *quanta = test_allocate(features, sizeof *quanta);

@@ -13,9 +13,10 @@ static uint32_t slice_count(const struct step_bench *bench) {
 static void run_gradient_weights(struct step_bench *bench, float *rows) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_write_rows(bench, rows);
-    step_bench_dispatch(
-        bench, vw_volume_step_of(&bench->step)->gradient.field.passes[HASH_GRADIENT], &push, sizeof push,
-        (uint64_t)slice_count(bench) * bench->model.weight_tiles * bench->model.specialization.slice_parts);
+    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.field.passes[HASH_GRADIENT], &push,
+                        sizeof push,
+                        (uint64_t)slice_count(bench) * vw_volume_of(&bench->model)->weight_tiles *
+                            bench->model.specialization.slice_parts);
 }
 
 static void run_reduce_weights(struct step_bench *bench, uint32_t first_ray) {

@@ -204,7 +204,7 @@ static void check_own_slope(struct step_bench *bench, const char *what, const do
 
 static double *read_gradient(struct step_bench *bench) {
     const struct vw_model *model = &bench->model;
-    size_t count = model->param_bytes / sizeof(float), features = 2 * (size_t)model->pair_count;
+    size_t count = model->param_bytes / sizeof(float), features = 2 * (size_t)vw_volume_of(model)->pair_count;
     double *gradient = test_allocate(count, sizeof *gradient);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     for (size_t i = 0; i < 4 * (size_t)model->moved_columns; i++)
@@ -214,7 +214,7 @@ static double *read_gradient(struct step_bench *bench) {
     int64_t *quanta = test_allocate(features, sizeof *quanta);
     reference_unpack_grid(model, words, quanta);
     for (size_t i = 0; i < features; i++)
-        gradient[model->grid.offset_bytes / sizeof(float) + i] =
+        gradient[vw_volume_of(model)->grid.offset_bytes / sizeof(float) + i] =
             (double)quanta[i] * model->specialization.gradient_quantum;
     return gradient;
 }
@@ -233,7 +233,8 @@ TEST_CASES(gradients_are_slopes, i, VW_ARRAY_COUNT(cases)) {
     double *gradient = read_gradient(bench);
     check_own_slope(bench, "weights", gradient, weights, sky);
     if (sky_end > sky) check_own_slope(bench, "sky", gradient, sky, sky_end);
-    if (model->grid.size_bytes) check_own_slope(bench, "grid", gradient, 0, 2 * (size_t)model->pair_count);
+    if (vw_volume_of(model)->grid.size_bytes)
+        check_own_slope(bench, "grid", gradient, 0, 2 * (size_t)vw_volume_of(model)->pair_count);
     check_own_slope(bench, "code to shift", gradient, shift, shift_end);
 }
 
@@ -267,7 +268,7 @@ TEST(chunks_change_no_bit) {
         setup.another_effect = "appearance_encoder";
         setup.consistency_weight = WEIGHT;
         struct step_bench *whole = step_bench_open(&setup);
-        step_bench_check_chunks(&setup, whole->model.ray_group * whole->model.ray_samples, STEP);
+        step_bench_check_chunks(&setup, whole->model.ray_group * vw_volume_of(&whole->model)->ray_samples, STEP);
     }
 }
 

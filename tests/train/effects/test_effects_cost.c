@@ -83,7 +83,8 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
     while (count);
     struct cost cost = {.param_count = stats.param_count,
                         .param_bytes = trainer->model.param_bytes,
-                        .grid_and_weight_bytes = trainer->model.grid.size_bytes + trainer->model.weights.size_bytes,
+                        .grid_and_weight_bytes =
+                            vw_volume_of(&trainer->model)->grid.size_bytes + trainer->model.weights.size_bytes,
                         .device_bytes = stats.device_bytes,
                         .shared_bytes = shared_bytes(trainer)};
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &cost.pass_count);

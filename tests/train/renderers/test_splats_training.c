@@ -373,6 +373,9 @@ TEST(settings_that_splats_cannot_have_are_refused_by_name) {
     config = test_config_of(VW_FIELD_SPLATS);
     config.importance_samples = 16;
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--importance-samples: needs --field hash or mlp");
+    config.importance_samples = 0;
+    config.consistency_weight = 0.001;
+    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--consistency-weight: needs --field hash or mlp");
     config = vw_config_default;
     config.splats = 10;
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--field splats");

@@ -20,7 +20,7 @@ static enum vw_status specialise(const struct vw_config *config, struct vw_model
     s->samples = s->strata = config->samples; // rays are divided into so many strata, which nothing samples
     s->learning_rate = (float)(VW_SPLAT_RATE_UNIT * config->learning_rate);
     s->gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
-    model->ray_samples = model->ray_group = 1;
+    model->ray_group = 1;
     model->patch_side = PATCH_SIDE;
     model->learning_rate_decay = 1.0; // that of positions alone is the config's
     model->of_renderer = vw_allocate(1, sizeof(struct vw_splat_model));

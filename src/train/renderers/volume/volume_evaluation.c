@@ -11,13 +11,14 @@ enum { CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 
 static enum vw_status create_buffers(struct vw_evaluator *evaluator) {
     const struct vw_model *model = evaluator->field->model;
+    const struct vw_volume_model *layout = vw_volume_of(model);
     struct vw_volume_evaluation *volume = vw_volume_evaluation_of(evaluator);
-    uint32_t chunk_samples = model->kind->renders_in_rows ? model->specialization.chunk_samples : CHUNK_SAMPLES,
-             chunk_rays = chunk_samples / model->ray_samples / model->ray_group * model->ray_group;
+    uint32_t chunk_samples = layout->kind->renders_in_rows ? model->specialization.chunk_samples : CHUNK_SAMPLES,
+             chunk_rays = chunk_samples / layout->ray_samples / model->ray_group * model->ray_group;
     if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
     volume->chunk_rays = chunk_rays < evaluator->ray_count ? chunk_rays : evaluator->ray_count;
     const struct vw_buffer_row buffers[] = {
-        {&volume->samples, "evaluated_samples", 16 * (uint64_t)volume->chunk_rays * model->ray_samples},
+        {&volume->samples, "evaluated_samples", 16 * (uint64_t)volume->chunk_rays * layout->ray_samples},
         {&volume->places, "sample_places", vw_importance_places_bytes(model, volume->chunk_rays)},
     };
     return vw_buffers_create(&evaluator->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
@@ -50,7 +51,7 @@ static enum vw_status create_passes(struct vw_evaluator *evaluator) {
     if (!status) status = vw_importance_create(evaluator->field, &field, &specialization, NULL, &volume->importance);
     if (!status)
         status = vw_effects_create_passes(model, &evaluator->objects, &field.common, false, &evaluator->effects);
-    return !status ? model->kind->create_passes(evaluator->field, &field, &volume->passes) : status;
+    return !status ? vw_volume_of(model)->kind->create_passes(evaluator->field, &field, &volume->passes) : status;
 }
 
 static enum vw_status create_evaluation(struct vw_evaluator *evaluator) {
@@ -75,7 +76,7 @@ static void record_rays(const struct vw_evaluator *evaluator, struct vw_submissi
         uint32_t rays = end - first < volume->chunk_rays ? end - first : volume->chunk_rays;
         struct vw_push_samples push = {.first_ray = first, .ray_count = vw_model_pad_rays(model, rays)};
         vw_importance_record(model, &volume->importance, submission, &push);
-        model->kind->record_forward(model, &volume->passes, submission, &push);
+        vw_volume_of(model)->kind->record_forward(model, &volume->passes, submission, &push);
         push.ray_count = rays;
         vw_submission_dispatch(submission, volume->composite, &push, sizeof push,
                                (uint64_t)rays * model->specialization.ray_lanes);

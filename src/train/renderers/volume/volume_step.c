@@ -21,10 +21,11 @@ static uint32_t draw_pixels(const struct vw_step_passes *step, struct vw_submiss
 
 static enum vw_status create_step_buffers(struct vw_step_passes *step) {
     const struct vw_model *model = step->field->model;
+    const struct vw_volume_model *layout = vw_volume_of(model);
     struct vw_volume_step *volume = step->of_renderer = vw_allocate(1, sizeof *volume);
     if (!volume) return VW_ERROR_MEMORY;
-    volume->chunk_rays = model->specialization.chunk_samples / model->ray_samples;
-    uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->partial_columns;
+    volume->chunk_rays = model->specialization.chunk_samples / layout->ray_samples;
+    uint64_t chunk = model->specialization.chunk_samples, pairs = layout->pair_count, columns = layout->partial_columns;
     const struct vw_buffer_row buffers[] = {
         {&volume->samples, "samples", 16 * chunk},
         {&volume->d_samples, "d_samples", 16 * chunk},
@@ -44,7 +45,8 @@ static enum vw_status create_step_buffers(struct vw_step_passes *step) {
 static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t index) {
     const struct vw_radiance_field *field = step->field;
     struct vw_volume_step *volume = step->of_renderer;
-    const struct vw_grid_window *window = &field->model->windows[index];
+    const struct vw_volume_model *layout = vw_volume_of(field->model);
+    const struct vw_grid_window *window = &layout->windows[index];
     uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model),
              pair = VW_GRID_PAIR_BYTES;
     bool momentum = field->model->specialization.momentum;
@@ -53,7 +55,7 @@ static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t i
         vw_step_overflow_binding(step, VW_OVERFLOW_RENDERER + index),
         {.slot = VW_SLOT_GRID,
          .buffer = field->params,
-         .offset_bytes = field->model->grid.offset_bytes + pair * first,
+         .offset_bytes = layout->grid.offset_bytes + pair * first,
          .size_bytes = pair * pairs},
         {.slot = VW_SLOT_D_GRID, .buffer = volume->d_grid, .offset_bytes = word * first, .size_bytes = word * pairs},
         {.slot = VW_SLOT_GRID_MOMENT1,
@@ -79,7 +81,7 @@ static enum vw_status create_step_passes(struct vw_step_passes *step) {
     enum vw_status status =
         vw_gradient_create(step, &step->objects, &model->specialization, &vw_volume_step_of(step)->gradient);
     if (!status) status = vw_step_create_draw(step, &vw_shader_draw_pixels, NULL);
-    for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_update_grid(step, i);
+    for (uint32_t i = 0; i < vw_volume_of(model)->window_count && !status; i++) status = create_update_grid(step, i);
     return status;
 }
 
@@ -114,9 +116,9 @@ static void record_gradients(const struct vw_step_passes *step, struct vw_submis
 
 static void record_update(const struct vw_step_passes *step, struct vw_submission *submission,
                           struct vw_push_update update) {
-    const struct vw_model *model = step->field->model;
-    for (uint32_t i = 0; i < model->window_count; i++) {
-        update.count = model->windows[i].pair_count;
+    const struct vw_volume_model *layout = vw_volume_of(step->field->model);
+    for (uint32_t i = 0; i < layout->window_count; i++) {
+        update.count = layout->windows[i].pair_count;
         vw_submission_dispatch(submission, vw_volume_step_of(step)->update_grid[i], &update, sizeof update,
                                update.count);
     }
@@ -164,7 +166,7 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
     const struct vw_shader *coarse =
         specialization->loss == LOSS_GIVEN ? NULL : backward_shader(model, specialization, false);
     if (!status) status = vw_importance_create(step->field, &field, specialization, coarse, &gradient->importance);
-    return !status ? model->kind->create_passes(step->field, &field, &gradient->field) : status;
+    return !status ? vw_volume_of(model)->kind->create_passes(step->field, &field, &gradient->field) : status;
 }
 
 void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
@@ -173,14 +175,14 @@ void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_
     const struct vw_specialization *s = &gradient->specialization;
     vw_submission_dispatch(submission, gradient->backward_rays, chunk, sizeof *chunk,
                            (uint64_t)chunk->ray_count * (s->effect_transient ? 1 : s->ray_lanes));
-    model->kind->record_backward(model, &gradient->field, submission, chunk);
+    vw_volume_of(model)->kind->record_backward(model, &gradient->field, submission, chunk);
 }
 
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
                               struct vw_submission *submission, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
     vw_importance_record(model, &gradient->importance, submission, chunk);
-    model->kind->record_forward(model, &gradient->field, submission, chunk);
+    vw_volume_of(model)->kind->record_forward(model, &gradient->field, submission, chunk);
     vw_gradient_record_back(step, gradient, submission, chunk);
 }
 
