@@ -128,7 +128,7 @@ const struct vw_option vw_option_table[] = {
     {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
     {"providers", "FILE.csv", "Table of who supplied each photo (CSV header: name,provider)",
-     VW_OPTIONS_SCENE | VW_OPTIONS_VERIFY, VW_SECTION_SCENE, OPTION(TEXT, providers), COMMON},
+     VW_OPTIONS_SCENE | VW_OPTIONS_VERIFY, VW_SECTION_SCENE, OPTION(TEXT, scene.providers), COMMON},
     {"replay", "N|all", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON, .all = true},
     {"payout", "AMOUNT",
@@ -151,25 +151,25 @@ const struct vw_option vw_option_table[] = {
 
     // The scene and its photos.
     {"format", "NAME", "Scene format: recipe, transforms, phototourism or colmap", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
-     OPTION(TEXT, format), DEFAULT("the first that fits"), .words = "recipe transforms phototourism colmap"},
+     OPTION(TEXT, scene.format), DEFAULT("the first that fits"), .words = "recipe transforms phototourism colmap"},
     {"pool", "all|list", "Photos of a PhotoTourism scene: all registered photos, or those that the TSV lists",
-     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, pool), DEFAULT("all"), .words = "all list"},
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.pool), DEFAULT("all"), .words = "all list"},
     {"train", "FILE", "Photos to train on: a file with one name per line, or a NeRF-W TSV", VW_OPTIONS_SCENE,
-     VW_SECTION_SCENE, OPTION(TEXT, train_list), COMMON},
+     VW_SECTION_SCENE, OPTION(TEXT, scene.train_list), COMMON},
     {"val", "FILE", "Photos to validate on: a file with one name per line", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
-     OPTION(TEXT, val_list), COMMON},
+     OPTION(TEXT, scene.val_list), COMMON},
     {"test", "FILE", "Photos to keep for tests: a file with one name per line", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
-     OPTION(TEXT, test_list), COMMON},
+     OPTION(TEXT, scene.test_list), COMMON},
     {"splits", "FILE",
      "The splits.json of an earlier run, instead of --train, --val and --test: every photo stays in its split. Photos "
      "that it does not name train; near-duplicates of validation and test photos join those",
-     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, splits), COMMON},
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.splits), COMMON},
     {"val-weights", "FILE",
      "Weight of each validation photo in validation PSNR and L1, and so in the scores: a CSV file (header: "
      "name,weight). Photos that it does not name have weight 1",
-     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, val_weights), COMMON, DEFAULT("those of --splits, or 1")},
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.val_weights), COMMON, DEFAULT("those of --splits, or 1")},
     {"downscale", "N", "Factor by which width and height of the photos are divided", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
-     OPTION(COUNT, downscale), RANGE(1, 64), COMMON},
+     OPTION(COUNT, scene.downscale), RANGE(1, 64), COMMON},
 
     // The training.
     {"seed", "N", "Seed of photo order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,

@@ -7,6 +7,7 @@
 
 #include "experiment/photo_sets.h"
 #include "viewworth/run.h"
+#include "viewworth/scene.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
@@ -40,13 +41,8 @@ struct vw_options {
     const char *const *operands; // all operands
     uint32_t operand_count;
     const char *device;
-    const char *memory; // for pixels, with its unit
-    const char *format;
-    const char *pool;
-    const char *train_list, *val_list, *test_list, *splits, *val_weights;
-    const char *providers;
-    uint32_t downscale;
-    uint32_t corrupt;
+    const char *memory;           // for pixels, with its unit
+    struct vw_scene_params scene; // path: the operand
     struct vw_config config;
     const char *initial; // the .ply file that the config begins from
     const char *out;
@@ -91,7 +87,7 @@ struct vw_options {
 
 // The options of a command line that has none. The config's are vw_config_default.
 #define VW_OPTIONS_DEFAULT                                                                                             \
-    { .downscale = 1, .per_device = 1, .seeds = 3, .frames = 60, .proposals = 10 }
+    { .scene.downscale = 1, .per_device = 1, .seeds = 3, .frames = 60, .proposals = 10 }
 
 // Groups of options that commands take. Every command takes VW_OPTIONS_ALWAYS.
 enum {

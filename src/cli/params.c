@@ -14,22 +14,6 @@
 #include "run/plan/budget.h"
 #include "viewworth/gpu.h"
 
-struct vw_scene_params vw_params_of_scene(const struct vw_options *options) {
-    return (struct vw_scene_params){
-        .path = options->operand,
-        .format = options->format,
-        .pool = options->pool,
-        .train_list = options->train_list,
-        .val_list = options->val_list,
-        .test_list = options->test_list,
-        .splits = options->splits,
-        .val_weights = options->val_weights,
-        .providers = options->providers,
-        .downscale = options->downscale,
-        .corrupt = options->corrupt,
-    };
-}
-
 enum vw_status vw_params_set_memory(const struct vw_options *options) {
     static const struct {
         const char *name;
@@ -70,7 +54,7 @@ enum vw_status vw_params_take_accuracy(const struct vw_options *options, struct 
 
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params) {
     *params = (struct vw_run_params){
-        .scene = vw_params_of_scene(options),
+        .scene = options->scene,
         .config = &options->config,
         .device = options->device,
         .out = options->out,
@@ -140,7 +124,7 @@ struct vw_experiment_params vw_params_of_experiment(const struct vw_options *opt
                                                     struct vw_progress *progress) {
     progress->quiet = options->quiet;
     return (struct vw_experiment_params){
-        .scene = vw_params_of_scene(options),
+        .scene = options->scene,
         .config = &options->config,
         .devices = vw_device_list_choose(options, devices),
         .out = options->out,

@@ -11,8 +11,6 @@
 #include "viewworth/run.h"
 #include "viewworth/scene.h"
 
-// Returns the scene that the operand names, with the scene options.
-struct vw_scene_params vw_params_of_scene(const struct vw_options *options);
 // Parses --memory and obeys it from now on; VW_ERROR_USAGE says what it takes.
 enum vw_status vw_params_set_memory(const struct vw_options *options);
 // Parses --budget; VW_ERROR_USAGE says what it takes. Without progress.

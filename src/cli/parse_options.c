@@ -164,7 +164,7 @@ static enum vw_status parse_operands(const struct vw_program_command *command, i
     if (count > wanted && !several)
         return vw_fail(VW_ERROR_USAGE, "%s: unexpected argument \"%s\"; see %s %s --help", command->name,
                        operands[wanted], options->program->name, command->name);
-    if (wanted) options->operand = operands[0];
+    if (wanted) options->operand = options->scene.path = operands[0];
     options->operands = (const char *const *)operands;
     options->operand_count = (uint32_t)count;
     if (vw_command_needs_out(command) && (!options->out || !*options->out))

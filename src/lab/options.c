@@ -62,7 +62,7 @@ const struct vw_option vw_lab_option_table[] = {
      VW_LAB_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"),
      .words = "all none gain"},
     {"corrupt", "N", "Number of train photos to corrupt, each by one of five defects, as ground truth for scores",
-     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(COUNT, common.corrupt), VW_OPTION_RANGE(0, 1000000)},
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(COUNT, common.scene.corrupt), VW_OPTION_RANGE(0, 1000000)},
     {"valuation-seeds", "K",
      "Value the scene K times, with other seeds and in OUT/seed_N, and select the lists by each in turn, in place of "
      "--scores; every list then has --seeds trainings per valuation, and the intervals are over valuations and contain "

@@ -21,7 +21,7 @@ static enum vw_status open_device(const struct vw_options *options, struct vw_gp
 
 // Opens the scene with its pixels: they contain the evidence for effects, and a device makes those of a recipe.
 static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {
-    struct vw_scene_params params = vw_params_of_scene(options);
+    struct vw_scene_params params = options->scene;
     params.headers_only = true;
     enum vw_status status = vw_scene_open(&params, scene);
     bool recipe = !status && strcmp((*scene)->format, "recipe") == 0;

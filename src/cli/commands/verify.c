@@ -66,7 +66,7 @@ static enum vw_status repeat_retrainings(const struct vw_options *options, uint3
 enum vw_status vw_command_verify(const struct vw_options *options) {
     struct vw_verify_params params = {.out = options->operand,
                                       .expect = options->expect,
-                                      .providers = options->providers,
+                                      .providers = options->scene.providers,
                                       .replay_steps = options->replay_steps,
                                       .lasting = options->lasting.wanted,
                                       .device = options->device};

@@ -8,7 +8,7 @@
 
 // Opens the scene; a device makes the photos of a recipe.
 static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {
-    struct vw_scene_params params = vw_params_of_scene(options);
+    struct vw_scene_params params = options->scene;
     params.headers_only = true;
     enum vw_status status = vw_scene_open(&params, scene);
     bool recipe = !status && strcmp((*scene)->format, "recipe") == 0;
