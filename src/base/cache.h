@@ -1,6 +1,6 @@
-// The user's cache folder, $XDG_CACHE_HOME/viewworth or ~/.cache/viewworth. Folders and files in it are made for this
-// user alone. One that somebody else owns or may write to is not used, which one warning says. No cache is worth an
-// error: without the folder, nothing is kept.
+// The user's cache folder, $XDG_CACHE_HOME/viewworth or ~/.cache/viewworth, made for this user alone. One that somebody
+// else owns or may write to is not used, which one warning says. No cache is worth an error: without the folder,
+// nothing is kept.
 #ifndef VIEWWORTH_BASE_CACHE_H
 #define VIEWWORTH_BASE_CACHE_H
 

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <ftw.h>
 #include <inttypes.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,11 +70,6 @@ enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, s
     return status;
 }
 
-bool vw_descriptor_is_private(int descriptor) {
-    struct stat info;
-    return !fstat(descriptor, &info) && info.st_uid == geteuid() && !(info.st_mode & (S_IWGRP | S_IWOTH));
-}
-
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
 // Unpredictable, so that no one can plant a link where a file is about to be written; the pattern tells what a killed
@@ -112,15 +108,9 @@ int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes) {
     return 0;
 }
 
-// A file to be written.
-struct target {
-    mode_t mode;   // before the user's mask
-    bool replaces; // an older file of that name
-};
-
 // Returns the cause of a failure, or 0. After a failure no file remains.
-static int write_temporary(int folder, const char *name, const void *data, size_t size_bytes, mode_t mode) {
-    int descriptor = openat(folder, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
+static int write_temporary(int folder, const char *name, const void *data, size_t size_bytes) {
+    int descriptor = openat(folder, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor < 0) return errno;
     int cause = vw_descriptor_write(descriptor, data, size_bytes);
     if (!cause && fsync(descriptor)) cause = errno;
@@ -144,42 +134,38 @@ static int publish(int folder, const char *temporary, const char *name, bool rep
 
 // Returns the cause of a failure, or 0.
 static int write_in_folder(const char *folder_path, const char *name, const void *data, size_t size_bytes,
-                           struct target target) {
+                           bool replaces) {
     char temporary[TEMPORARY_NAME_BYTES];
     int folder = open(folder_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0) return errno;
     int cause = make_temporary_name(temporary);
-    if (!cause) cause = write_temporary(folder, temporary, data, size_bytes, target.mode);
-    if (!cause) cause = publish(folder, temporary, name, target.replaces);
+    if (!cause) cause = write_temporary(folder, temporary, data, size_bytes);
+    if (!cause) cause = publish(folder, temporary, name, replaces);
     // Makes the new name survive a power cut. Some file systems cannot sync a folder; the file is there all the same.
     if (!cause) fsync(folder);
     close(folder);
     return cause;
 }
 
-static enum vw_status write_file(const char *path, const void *data, size_t size_bytes, struct target target) {
+static enum vw_status write_file(const char *path, const void *data, size_t size_bytes, bool replaces) {
     char *folder = vw_path_folder(path);
     if (!folder) return VW_ERROR_MEMORY;
     const char *slash = strrchr(path, '/');
-    int cause = write_in_folder(folder, slash ? slash + 1 : path, data, size_bytes, target);
+    int cause = write_in_folder(folder, slash ? slash + 1 : path, data, size_bytes, replaces);
     free(folder);
     if (!cause) return VW_OK;
-    if (cause == EEXIST && !target.replaces)
+    if (cause == EEXIST && !replaces)
         return vw_fail(VW_ERROR_USAGE, "%s: is there already; remove it or choose another path", path);
     return vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder, its permissions and the free space", path,
                    strerror(cause));
 }
 
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes) {
-    return write_file(path, data, size_bytes, (struct target){0666, true});
-}
-
-enum vw_status vw_file_write_private(const char *path, const void *data, size_t size_bytes) {
-    return write_file(path, data, size_bytes, (struct target){0600, true});
+    return write_file(path, data, size_bytes, true);
 }
 
 enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes) {
-    return write_file(path, data, size_bytes, (struct target){0666, false});
+    return write_file(path, data, size_bytes, false);
 }
 
 enum vw_status vw_file_remove(const char *folder, const char *name) {
@@ -272,4 +258,15 @@ int vw_file_open_unnamed(const char *folder) {
     if (descriptor >= 0) unlink(path);
     free(path);
     return descriptor;
+}
+
+// ---- Standard streams ----------------------------------------------------------------------------------------------
+
+enum { STANDARD_STREAMS = 3 };
+
+bool vw_streams_prepare(void) {
+    for (int stream = 0; stream < STANDARD_STREAMS; stream++)
+        if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDONLY) != stream)
+            return false; // the lowest that is free
+    return signal(SIGPIPE, SIG_IGN) != SIG_ERR && signal(SIGXFSZ, SIG_IGN) != SIG_ERR;
 }

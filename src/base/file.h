@@ -1,4 +1,4 @@
-// Files: whole reads, atomic writes, names.
+// Files: whole reads, atomic writes, names; the standard streams.
 #ifndef VIEWWORTH_BASE_FILE_H
 #define VIEWWORTH_BASE_FILE_H
 
@@ -17,16 +17,11 @@ enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, s
 // Reads an opened file, which stays open. `path` is for messages.
 enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit_bytes, void **data,
                                   size_t *size_bytes);
-// Returns whether this user owns an opened file or folder and no one else may write to it: otherwise others may have
-// written its content.
-bool vw_descriptor_is_private(int descriptor);
 // Writes all bytes; returns the cause of a failure, or 0.
 int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes);
 // Replaces `path`, or a link of that name, by a new file, which is on the disk with its name when the call returns. At
 // every moment the old or the new file is there, whole. VW_ERROR_IO leaves what was there.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
-// Writes such a file that only this user may read.
-enum vw_status vw_file_write_private(const char *path, const void *data, size_t size_bytes);
 // Writes a new file; VW_ERROR_USAGE if `path` exists.
 enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes);
 // Opens a new file without a name in a folder, to be written and read; the caller closes it, which also removes it.
@@ -50,5 +45,11 @@ char *vw_path_join(const char *folder, const char *name);
 bool vw_path_ends_with(const char *path, const char *ending);
 // Returns the folder part of a path ("." if it has none), owned by the caller.
 char *vw_path_folder(const char *path);
+
+// Prepares the streams and signals that a program inherits; it calls this before anything else. A standard stream that
+// is closed becomes one that cannot be written, so that no file gets its number and then the messages meant for it. A
+// write that cannot be done, into a pipe without a reader or beyond the limit of file sizes, fails instead of killing
+// the program. False if a stream cannot be opened.
+bool vw_streams_prepare(void);
 
 #endif

@@ -6,8 +6,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "base/file.h"
-
 _Static_assert(sizeof(struct vw_hasher) >= sizeof(crypto_generichash_state),
                "struct vw_hasher holds libsodium's state");
 _Static_assert(_Alignof(struct vw_hasher) >= _Alignof(crypto_generichash_state),
@@ -32,15 +30,6 @@ enum vw_status vw_sha256_descriptor(int descriptor, const char *path, uint8_t ha
     }
     crypto_hash_sha256_final(&state, hash);
     return VW_OK;
-}
-
-enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]) {
-    int descriptor = -1;
-    enum vw_status status = vw_file_open(path, &descriptor);
-    if (status) return status;
-    status = vw_sha256_descriptor(descriptor, path, hash);
-    close(descriptor);
-    return status;
 }
 
 static crypto_generichash_state *state_of(struct vw_hasher *hasher) {

@@ -9,7 +9,6 @@
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
-enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]);
 // Hashes an opened file, whose position does not change. `path` is for messages.
 enum vw_status vw_sha256_descriptor(int descriptor, const char *path, uint8_t hash[VW_HASH_BYTES]);
 void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES]);

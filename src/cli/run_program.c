@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "base/memory.h"
-#include "base/streams.h"
 #include "base/text.h"
 #include "cli/help.h"
 #include "cli/output/progress.h"

@@ -1,5 +1,7 @@
-// The commands of a submission, kept until it is submitted, so that each can be placed in the earliest stage that its
-// hazards allow.
+// The commands of a submission, kept until it is submitted. A *stage* is the work between two full barriers. A command
+// belongs into the earliest stage that the ranges of its buffers allow, also before commands that were recorded
+// earlier. All work runs on one queue, where any barrier drains the device in practice, so a full barrier between
+// stages serves every buffer at once.
 #ifndef VIEWWORTH_GPU_COMMAND_LIST_H
 #define VIEWWORTH_GPU_COMMAND_LIST_H
 
@@ -65,6 +67,10 @@ bool vw_command_list_is_written(const struct vw_command_list *list);
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, VkDescriptorSet pushes,
                            struct vw_submission_timer *timer);
 
+// Returns how many commands the submission recorded.
+uint32_t vw_submission_commands(const struct vw_submission *submission);
+// Returns how many barriers are between them; the one that ends the submission does not count.
+uint32_t vw_submission_barriers(const struct vw_submission *submission);
 // Returns the commands that the submission recorded, in this order.
 const struct vw_command_list *vw_submission_list(const struct vw_submission *submission);
 // Returns how often commands were written for the device; in between they were submitted again.

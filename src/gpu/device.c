@@ -203,7 +203,7 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
     if (closing->device) finish_work(closing);
     if (closing->hung) {
         abandon(closing);
-        return vw_gpu_check_validation(closing);
+        return vw_instance_check(&closing->instance);
     }
     if (closing->device) {
         vw_buffer_destroy(&closing->staging);
@@ -213,7 +213,7 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
         vw_transfer_close(closing);
         vkDestroyDevice(closing->device, NULL);
     }
-    enum vw_status status = vw_gpu_check_validation(closing);
+    enum vw_status status = vw_instance_check(&closing->instance);
     vw_instance_close(&closing->instance);
     free(closing->timers);
     free(closing);

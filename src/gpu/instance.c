@@ -141,6 +141,24 @@ struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *
     return choice;
 }
 
+// ---- Complaints of the validation layer, and names for debuggers ----------------------------------------------------
+
+enum vw_status vw_instance_check(struct vw_instance *instance) {
+    unsigned complaints = atomic_load(&instance->complaints);
+    if (!complaints) return VW_OK;
+    return vw_fail(VW_ERROR_DEVICE, "Vulkan validation complained %u times; see the messages on stderr", complaints);
+}
+
+void vw_instance_name_object(const struct vw_instance *instance, VkDevice device, VkObjectType type, uint64_t handle,
+                             const char *name) {
+    if (!instance->debug_utils) return;
+    const VkDebugUtilsObjectNameInfoEXT info = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                                                .objectType = type,
+                                                .objectHandle = handle,
+                                                .pObjectName = name};
+    vkSetDebugUtilsObjectNameEXT(device, &info); // only for debug tools: a failure changes nothing
+}
+
 // ---- Errors --------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_gpu_fail(int result, const char *call, const char *object) {

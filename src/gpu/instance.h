@@ -20,6 +20,11 @@ struct vw_instance {
 // Opens an instance, which must not move until vw_instance_close(); that accepts a half-open or zeroed one.
 enum vw_status vw_instance_open(struct vw_instance *instance, bool validation);
 void vw_instance_close(struct vw_instance *instance);
+// Returns VW_OK, or VW_ERROR_DEVICE once validation has complained.
+enum vw_status vw_instance_check(struct vw_instance *instance);
+// Names an object of a device for debuggers.
+void vw_instance_name_object(const struct vw_instance *instance, VkDevice device, VkObjectType type, uint64_t handle,
+                             const char *name);
 
 // ---- Extensions ----------------------------------------------------------------------------------------------------
 

@@ -96,7 +96,7 @@ static enum vw_status compile(struct vw_gpu *gpu, struct vw_pipeline *pipeline) 
     vkDestroyShaderModule(gpu->device, module, NULL);
     free(entries);
     if (result) return vw_gpu_fail(result, "building the pipeline", name);
-    vw_gpu_set_name(gpu, VK_OBJECT_TYPE_PIPELINE, (uint64_t)pipeline->handle, name);
+    vw_instance_name_object(&gpu->instance, gpu->device, VK_OBJECT_TYPE_PIPELINE, (uint64_t)pipeline->handle, name);
     return VW_OK;
 }
 

@@ -3,7 +3,6 @@
 #define VIEWWORTH_GPU_STATE_H
 
 #include "gpu/compute.h"
-#include "gpu/hazard.h"
 #include "gpu/instance.h"
 #include "gpu/limits.h"
 #include "viewworth/types.h"
@@ -39,12 +38,22 @@ struct vw_gpu {
     size_t timer_capacity;
 };
 
-// Returns VW_OK, or VW_ERROR_DEVICE once validation has complained.
-enum vw_status vw_gpu_check_validation(struct vw_gpu *gpu);
-void vw_gpu_set_name(struct vw_gpu *gpu, VkObjectType type, uint64_t handle, const char *name);
 // Creates and destroys what the push blocks of all submissions share, gpu->push_layout (submission.c).
 enum vw_status vw_pushes_open(struct vw_gpu *gpu);
 void vw_pushes_close(struct vw_gpu *gpu);
+
+// ---- Buffers -------------------------------------------------------------------------------------------------------
+
+// Buffers remember, by the ranges that are bound or copied, the last stages that read and wrote them (command_list.h).
+struct vw_range {
+    uint64_t offset_bytes, size_bytes;
+    uint64_t read_stage, write_stage; // the last ones; 0: never
+};
+
+struct vw_ranges {
+    struct vw_range *list; // owned
+    size_t count, capacity;
+};
 
 struct vw_buffer {
     struct vw_gpu *gpu;
@@ -57,5 +66,12 @@ struct vw_buffer {
 };
 
 enum vw_status vw_buffer_check_range(const struct vw_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes);
+
+// Finds the index of a range, which is added when it is new. VW_ERROR_MEMORY.
+enum vw_status vw_ranges_find(struct vw_ranges *ranges, uint64_t offset_bytes, uint64_t size_bytes, uint32_t *index);
+// Returns the earliest stage in which the range may be read or written: after every overlapping write, and, if it is
+// written, after every read of it. 0: any.
+uint64_t vw_ranges_earliest(const struct vw_ranges *ranges, uint32_t index, bool writes);
+void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint64_t stage);
 
 #endif

@@ -243,7 +243,7 @@ static enum vw_status record(struct vw_submission *submission) {
     submission->recorded = true;
     submission->destroyed = gpu->destroyed;
     submission->recordings++;
-    return vw_gpu_check_validation(gpu);
+    return vw_instance_check(&gpu->instance);
 }
 
 struct vw_submission_counts vw_gpu_submission_counts(const struct vw_gpu *gpu) {
@@ -269,7 +269,7 @@ static enum vw_status submit(struct vw_submission *submission) {
     gpu->newest = submission;
     gpu->submission_counts.submitted++;
     gpu->submission_counts.host_bound += host_bound;
-    return vw_gpu_check_validation(gpu);
+    return vw_instance_check(&gpu->instance);
 }
 
 enum vw_status vw_submission_submit(struct vw_submission *submission) {
@@ -292,7 +292,7 @@ enum vw_status vw_submission_wait(struct vw_submission *submission) {
     enum vw_status status = vw_wait_for_fence(submission->gpu, submission->fence, work);
     submission->in_flight = false;
     if (!status) status = vw_submission_timer_collect(submission->gpu, &submission->timer);
-    return status ? status : vw_gpu_check_validation(submission->gpu);
+    return status ? status : vw_instance_check(&submission->gpu->instance);
 }
 
 // ---- Life -----------------------------------------------------------------------------------------------------------

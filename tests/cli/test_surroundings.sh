@@ -75,9 +75,7 @@ check "which writes nothing" test ! -e "$folder/merged/scores.csv"
 
 # ---- The cache --------------------------------------------------------------------------------------------------------------
 
-mode() { [[ $(stat -c %a "$1") == "$2" ]]; }
-check "the cache folder is the user's alone" mode "$folder/cache/viewworth" 700
-check "and so is what it holds" mode "$(ls "$folder"/cache/viewworth/pipelines-*)" 600
+check "the cache folder is the user's alone" test "$(stat -c %a "$folder/cache/viewworth")" = 700
 seal=$(cat "$folder"/cache/viewworth/* | sha256sum)
 chmod 777 "$folder/cache/viewworth"
 mapped() { rm -rf "$folder/mapped" && run "$program" train "$scene" --out "$folder/mapped" --epochs 1 "${small[@]}" --quiet; }

@@ -2,8 +2,6 @@
 #include "support/cmocka_test.h"
 
 #include <dirent.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/file.h"
 #include "base/memory.h"
@@ -87,7 +85,7 @@ TEST_WITHIN(verdicts_are_kept, make_cache, remove_cache) {
     planned_field = VW_FIELD_HASH;
 }
 
-// Every byte of the file counts; so do its end and what a hash cannot tell: who wrote it.
+// Every byte of the file counts, and so does its end.
 TEST_WITHIN(damaged_files_are_none, make_cache, remove_cache) {
     struct decided first, second;
     const struct vw_effect_verdict *measured = decide(&first, 8);
@@ -97,35 +95,16 @@ TEST_WITHIN(damaged_files_are_none, make_cache, remove_cache) {
     for (size_t place = 0; place < size_bytes; place += size_bytes / 5) {
         char *damaged = vw_copy_text(file);
         damaged[place] ^= 1;
-        ASSERT_OK(vw_file_write_private(path, damaged, size_bytes));
+        ASSERT_OK(vw_file_write(path, damaged, size_bytes));
         free(damaged);
         assert_false(was_kept(measured, decide(&second, 8)));
     }
-    ASSERT_OK(vw_file_write_private(path, file, size_bytes - 1));
+    ASSERT_OK(vw_file_write(path, file, size_bytes - 1));
     assert_false(was_kept(measured, decide(&second, 8)));
-    ASSERT_OK(vw_file_write_private(path, file, size_bytes));
+    ASSERT_OK(vw_file_write(path, file, size_bytes));
     assert_true(was_kept(measured, decide(&second, 8)));
     free(path);
     free(file);
-}
-
-// A file that others may write to may be theirs.
-TEST_WITHIN(files_of_others_are_not_believed, make_cache, remove_cache) {
-    struct decided first, second;
-    const struct vw_effect_verdict *measured = decide(&first, 8);
-    char *path = find_file(*state);
-    assert_int_equal(chmod(path, 0620), 0);
-    assert_false(was_kept(measured, decide(&second, 8))); // made anew, and the file with it
-    measured = &second.verdicts[measured - first.verdicts];
-    assert_true(was_kept(measured, decide(&first, 8)));
-    assert_int_equal(chmod(temporary_path(*state, "viewworth"), 0777), 0);
-    assert_false(was_kept(measured, decide(&first, 8)));
-    if (geteuid() == 0) {
-        assert_int_equal(chmod(temporary_path(*state, "viewworth"), 0700), 0);
-        assert_int_equal(chown(path, 65534, 65534), 0);
-        assert_false(was_kept(measured, decide(&first, 8)));
-    }
-    free(path);
 }
 
 TEST_WITHIN(a_cache_that_cannot_be_written_is_no_error, make_cache, remove_cache) {

@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "gpu/command_list.h"
-#include "gpu/hazard.h"
 #include "support/gpu_fixture.h"
 
 #include "gather_texels.h"

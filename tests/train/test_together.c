@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "gpu/command_list.h"
-#include "gpu/hazard.h"
 #include "gpu/pipeline.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"

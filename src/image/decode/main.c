@@ -9,7 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/streams.h"
+#include "base/file.h"
 #include "image/decode/oiio_shim.h"
 #include "image/decode/tasks.h"
 #include "image/decoder_protocol.h"
