@@ -27,9 +27,6 @@ static const struct vw_program_command commands[] = {
      "field), field.ply (the splats of --field splats, for other programs) and checkpoints. Also writes "
      "providers.csv if providers are known, payout.csv and payout_photos.csv with --payout if somebody is paid, and "
      "duplicates.csv if photos are near-duplicates.\n"
-     "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
-     "(the scores as compare --list reads them) and report.html. Running the command again resumes it; "
-     "--resume is not needed.\n"
      "A score is the credit of a photo: how much the steps on it improved the validation photos. With --resume, a "
      "finished run is not trained again: the report and the tables are written again, except scores.csv.",
      VW_OPTIONS_OF_VALUE, vw_command_value},

@@ -25,7 +25,7 @@ struct vw_report_params {
 };
 
 // Writes one self-contained HTML page of all folders to the file `to`, whole or not at all. Shows of each folder its
-// run (ledger.db), the runs of its seeds (seed_<N>/ledger.db) or folds (fold-<N>/ledger.db), providers.csv, payout.csv,
+// run (ledger.db), the runs of its seeds (seed_<N>/ledger.db), providers.csv, payout.csv,
 // duplicates.csv, tradeoff.csv, summary.csv, and compare.json with its renders. A run that several
 // folders hold is shown once. Photos that cannot be read are left out with a warning. VW_ERROR_INPUT when a folder
 // has none of these, something broken, or a link that leads out of it. `params` may be NULL.

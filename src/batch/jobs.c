@@ -61,7 +61,7 @@ static bool is_option_value(const json_t *value) {
 }
 
 static void check_option(struct vw_json_reader *reader, const char *key, const json_t *value) {
-    static const char own[] = "out,seed,resume,device,devices,json,quiet,help,kfold";
+    static const char own[] = "out,seed,resume,device,devices,json,quiet,help";
     if (!*key || strspn(key, "abcdefghijklmnopqrstuvwxyz0123456789-") != strlen(key) || *key == '-')
         vw_json_refuse(reader, "options", "a key is not an option of value, written without its two dashes");
     else if (vw_word_list_has(own, key))

@@ -37,8 +37,8 @@ const struct vw_option vw_option_table[] = {
     {"devices", "LIST|all",
      "Vulkan devices that train at the same time, each an index or part of a name, with commas between; or all GPUs, "
      "or the CPU if there is no GPU. Results are the same on any number of devices of equal name and driver",
-     VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
-     OPTION(TEXT, devices), COMMON, DEFAULT("the preferred device, or --device")},
+     VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, devices),
+     COMMON, DEFAULT("the preferred device, or --device")},
     {"job", "K",
      "Run only job K, counted from 1 in the order of job, config and seed, and merge nothing; other processes may run "
      "other jobs into the same --out folder at the same time",
@@ -116,10 +116,6 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
      DEFAULT("worth_psnr, lasting_psnr or dv_psnr, the first that there is; of without-outliers train_fit, dv_psnr "
              "and dv_loss")},
-    {"kfold", "K",
-     "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
-     "training on the others; scores are means over the trainings, and the same command resumes",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, kfold), RANGE(2, 10), COMMON},
     {"equal", NULL,
      "Quantity that is equal in trainings on different numbers of photos: steps, or epochs (as in the paper)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},

@@ -48,7 +48,6 @@ struct vw_options {
     const char *out;
     bool resume, profile;
     uint32_t seeds;    // number of runs; select has a default of its own
-    uint32_t kfold;    // 0: train and validation photos stay what they are
     uint32_t together; // trainings in a submission; 0: by the device
     struct vw_lasting_options lasting;
     struct vw_report_options report;

@@ -31,7 +31,11 @@ enum vw_status vw_experiment_open_session(const struct vw_experiment_params *par
     return vw_session_open(&(struct vw_session_params){.scene = params->scene, .devices = params->devices}, session);
 }
 
-// ---- Runs at the same time ----
+// ---- Runs by seed ----
+
+enum { FOLDER_BYTES = 64 };
+
+static void name_folder(uint64_t seed, char name[FOLDER_BYTES]) { snprintf(name, FOLDER_BYTES, "seed_%" PRIu64, seed); }
 
 // Refuses links: whoever sent OUT may have put one in the place of the ledger or of its folder.
 static enum vw_status check_ledger(const char *out, const char *folder) {
@@ -50,7 +54,7 @@ struct member {
 
 struct group {
     const struct vw_experiment_params *params;
-    const struct vw_planned_run *runs;
+    struct vw_session *session;
     struct member *members; // owned; by run
 };
 
@@ -67,34 +71,32 @@ static bool report_progress(void *context, const struct vw_run_state *state) {
 
 static enum vw_status open_run(struct group *group, uint32_t place, uint32_t device, struct vw_run **run) {
     const struct vw_experiment_params *params = group->params;
-    const struct vw_planned_run *planned = &group->runs[place];
     struct vw_config config = *params->config;
-    config.seed = planned->seed;
+    char name[FOLDER_BYTES];
+    config.seed += place;
+    name_folder(config.seed, name);
     vw_config_settle_decay(&config); // for all runs alike, whether they are new or extended
-    char *folder = vw_path_join(params->out, planned->folder);
+    char *folder = vw_path_join(params->out, name);
     if (!folder) return VW_ERROR_MEMORY;
-    const struct vw_run_params run_params = {.scene = planned->scene,
+    const struct vw_run_params run_params = {.scene = params->scene,
                                              .config = &config,
                                              .out = folder,
                                              .resume = true,
                                              .lasting = params->lasting,
                                              .progress = report_progress,
                                              .context = &group->members[place]};
-    vw_log_info("%s", planned->what);
-    enum vw_status status = check_ledger(params->out, planned->folder);
-    if (!status) status = vw_run_open_in_session(&run_params, planned->session, device, run);
+    vw_log_info("seed     %" PRIu64 " (%u of %u)", config.seed, place + 1, params->seeds);
+    enum vw_status status = check_ledger(params->out, name);
+    if (!status) status = vw_run_open_in_session(&run_params, group->session, device, run);
     free(folder);
     return status;
 }
 
 static enum vw_status end_run(void *context, const struct vw_pool_seat *seat, enum vw_status status) {
-    struct group *group = context;
-    struct member *member = &group->members[seat->place];
-    const struct vw_planned_run *planned = &group->runs[seat->place];
+    struct member *member = &((struct group *)context)->members[seat->place];
     if (!status) status = vw_run_score(member->run);
     vw_run_close(&member->run);
     member->over = true;
-    if (planned->owns_scene) vw_scene_close(&planned->session->scene);
     return status;
 }
 
@@ -113,22 +115,7 @@ static enum vw_status advance_run(void *context, const struct vw_pool_seat *seat
     return vw_run_step(group->members[seat->place].run, ended);
 }
 
-enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
-                                 uint32_t count) {
-    struct group group = {.params = params, .runs = runs, .members = vw_allocate(count, sizeof *group.members)};
-    const struct vw_training_pool pool = {.devices = runs->session->devices,
-                                          .device_count = runs->session->device_count,
-                                          .together = params->together,
-                                          .begin = begin_run,
-                                          .advance = advance_run,
-                                          .end = end_run,
-                                          .context = &group};
-    enum vw_status status = group.members ? vw_training_pool_run(&pool, count) : VW_ERROR_MEMORY;
-    free(group.members);
-    return status;
-}
-
-enum vw_status vw_run_group_check_out(const char *out) {
+static enum vw_status check_out(const char *out) {
     char *ledger_path = vw_path_join(out, "ledger.db");
     if (!ledger_path) return VW_ERROR_MEMORY;
     bool taken = vw_file_exists(ledger_path);
@@ -137,43 +124,26 @@ enum vw_status vw_run_group_check_out(const char *out) {
     return vw_fail(VW_ERROR_USAGE, "--out %s: holds a single run; name another folder for several runs", out);
 }
 
-enum vw_status vw_run_group_open_ledger(const char *out, const char *folder, struct vw_ledger **ledger) {
-    char *path = vw_path_join(out, folder), *ledger_path = path ? vw_path_join(path, "ledger.db") : NULL;
-    enum vw_status status = ledger_path ? check_ledger(out, folder) : VW_ERROR_MEMORY;
-    if (!status) status = vw_ledger_open(ledger_path, ledger);
-    free(ledger_path);
-    free(path);
-    return status;
-}
-
-// ---- Runs by seed ----
-
-static void name_folder(uint64_t seed, char name[VW_PLANNED_RUN_BYTES]) {
-    snprintf(name, VW_PLANNED_RUN_BYTES, "seed_%" PRIu64, seed);
-}
-
-static void plan(const struct vw_experiment_params *params, struct vw_session *session, struct vw_planned_run *runs) {
-    for (uint32_t i = 0; i < params->seeds; i++) {
-        uint64_t seed = params->config->seed + i;
-        runs[i] = (struct vw_planned_run){.seed = seed, .scene = params->scene, .session = session};
-        name_folder(seed, runs[i].folder);
-        snprintf(runs[i].what, sizeof runs[i].what, "seed     %" PRIu64 " (%u of %u)", seed, i + 1, params->seeds);
-    }
-}
-
 enum vw_status vw_seed_runs_make(const struct vw_experiment_params *params, struct vw_session *session) {
-    struct vw_planned_run *runs = vw_allocate(params->seeds, sizeof *runs);
-    if (!runs) return VW_ERROR_MEMORY;
-    plan(params, session, runs);
-    enum vw_status status = vw_run_group_check_out(params->out);
+    enum vw_status status = check_out(params->out);
     if (!status) status = vw_experiment_open_session(params, session);
-    if (!status) status = vw_run_group_make(params, runs, params->seeds);
-    free(runs);
+    if (status) return status;
+    struct group group = {
+        .params = params, .session = session, .members = vw_allocate(params->seeds, sizeof *group.members)};
+    const struct vw_training_pool pool = {.devices = session->devices,
+                                          .device_count = session->device_count,
+                                          .together = params->together,
+                                          .begin = begin_run,
+                                          .advance = advance_run,
+                                          .end = end_run,
+                                          .context = &group};
+    status = group.members ? vw_training_pool_run(&pool, params->seeds) : VW_ERROR_MEMORY;
+    free(group.members);
     return status;
 }
 
 char *vw_seed_run_path(const char *out, uint64_t seed, const char *file) {
-    char name[VW_PLANNED_RUN_BYTES];
+    char name[FOLDER_BYTES];
     name_folder(seed, name);
     char *folder = vw_path_join(out, name);
     char *path = folder ? vw_path_join(folder, file) : NULL;
@@ -182,7 +152,11 @@ char *vw_seed_run_path(const char *out, uint64_t seed, const char *file) {
 }
 
 enum vw_status vw_seed_run_open(const char *out, uint64_t seed, struct vw_ledger **ledger) {
-    char name[VW_PLANNED_RUN_BYTES];
+    char name[FOLDER_BYTES];
     name_folder(seed, name);
-    return vw_run_group_open_ledger(out, name, ledger);
+    char *path = vw_seed_run_path(out, seed, "ledger.db");
+    enum vw_status status = path ? check_ledger(out, name) : VW_ERROR_MEMORY;
+    if (!status) status = vw_ledger_open(path, ledger);
+    free(path);
+    return status;
 }

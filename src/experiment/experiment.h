@@ -34,37 +34,16 @@ enum vw_status vw_experiment_check(const struct vw_experiment_params *params, ui
 // Opens devices and scene, and logs what was found. Does nothing when they are open.
 enum vw_status vw_experiment_open_session(const struct vw_experiment_params *params, struct vw_session *session);
 
-// ---- Valued runs that take their steps at the same time, each in a folder of OUT ----
+// ---- Valued runs that take their steps at the same time, and differ by the seed: each in OUT/seed_<seed> ----
 
-// A run of an experiment as it differs from the others.
-enum { VW_PLANNED_RUN_BYTES = 64 };
-struct vw_planned_run {
-    char folder[VW_PLANNED_RUN_BYTES]; // in OUT: "seed_7"
-    char what[VW_PLANNED_RUN_BYTES];   // for the log: "seed     7 (1 of 3)"
-    uint64_t seed;
-    struct vw_scene_params scene; // its texts are borrowed
-    struct vw_session *session;   // its devices are open, and those of all runs; its scene is opened unless it is
-    bool owns_scene;              // the scene is closed when the run has ended
-};
-
-// Makes `count` > 0 runs in a pool on the devices of their sessions. A run that is there is resumed; a finished one
-// stays as it is. After a failure no other run begins, but those that have begun go on. VW_ERROR_USAGE when a folder
-// contains another run: the message says what differs. After VW_ERROR_INTERRUPTED the same call resumes.
-enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
-                                 uint32_t count);
-
-// Returns VW_ERROR_USAGE when OUT itself contains a run.
-enum vw_status vw_run_group_check_out(const char *out);
-// Opens the ledger of the run in OUT/folder; the caller closes it. VW_ERROR_INPUT when there is none, or a link.
-enum vw_status vw_run_group_open_ledger(const char *out, const char *folder, struct vw_ledger **ledger);
-
-// Makes params->seeds runs, from the seed of the config on, as vw_run_group_make() does, each in OUT/seed_<seed>. They
-// share the session, which is opened unless it is open; the caller closes it. VW_ERROR_USAGE also when OUT itself
-// contains a run.
+// Makes params->seeds runs, from the seed of the config on, in a pool on the devices of the session, which is opened
+// unless it is open; the caller closes it. A run that is there is resumed; a finished one stays as it is. After a
+// failure no other run begins, but those that have begun go on. VW_ERROR_USAGE when OUT itself contains a run, or when
+// a folder contains another one: the message says what differs. After VW_ERROR_INTERRUPTED the same call resumes.
 enum vw_status vw_seed_runs_make(const struct vw_experiment_params *params, struct vw_session *session);
 // Returns the path of a file of a seed's run ("field.vwf"), owned by the caller; NULL when memory is short.
 char *vw_seed_run_path(const char *out, uint64_t seed, const char *file);
-// Opens the ledger of a seed's run; the caller closes it. VW_ERROR_INPUT when there is none.
+// Opens the ledger of a seed's run; the caller closes it. VW_ERROR_INPUT when there is none, or a link.
 enum vw_status vw_seed_run_open(const char *out, uint64_t seed, struct vw_ledger **ledger);
 
 #endif

@@ -168,12 +168,12 @@ function warningsOf(one) {
   return warnings;
 }
 
-// Says which runs of a scene validate or test on other photos than its first; folds of one valuation do so on purpose.
+// Says which runs of a scene validate or test on other photos than its first.
 function toldSplits() {
-  const isFold = one => /(^|\/)fold-[0-9]+$/.test(one.label), judges = split => split === 'val' || split === 'test';
+  const judges = split => split === 'val' || split === 'test';
   return runs.flatMap(one => {
-    const first = runs.find(other => other.run.scene === one.run.scene && !isFold(other));
-    if (!first || first === one || isFold(one)) return [];
+    const first = runs.find(other => other.run.scene === one.run.scene);
+    if (first === one) return [];
     const weightOf = (of, i) => of.images.weight ? of.images.weight[i] : 1, places = new Map(first.images.name.map((name, i) => [name, i]));
     const differs = one.images.name.some((name, i) => {
       const place = places.get(name), splits = [one.images.split[i], first.images.split[place]];

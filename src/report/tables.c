@@ -191,8 +191,7 @@ struct vw_rows vw_photo_payout_rows(const struct vw_payouts *payouts) {
 
 // ---- The matrix ----------------------------------------------------------------------------------------------------
 
-// Averages a row by the weights of the views; over folds, a photo has no entry for the views that validated while it
-// did.
+// Averages the known entries of a row by the weights of the views.
 static double mean_of(const struct vw_matrix *matrix, const double *row) {
     double mean = 0, known = 0;
     for (uint32_t i = 0; i < matrix->view_count; i++) known += isnan(row[i]) ? 0 : vw_matrix_weight(matrix, i);
@@ -253,13 +252,4 @@ enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *ma
     if (status) return vw_fail_context(status, "%s", path);
     return vw_csv_make_text(path, print_matrix, &(struct matrix_table){matrix, standard_errors, images, image_count},
                             made);
-}
-
-enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
-                                     const struct vw_ledger_image *images, uint32_t image_count) {
-    struct vw_csv_text text = {0};
-    enum vw_status status = vw_table_make_matrix(path, matrix, standard_errors, images, image_count, &text);
-    if (!status) status = vw_file_write(path, text.text, text.size_bytes);
-    free(text.text);
-    return status;
 }

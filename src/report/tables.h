@@ -42,12 +42,11 @@ struct vw_rows vw_claim_rows(const struct vw_worth_summary *summary);
 // two decimals; those of a provider's photos add up to its own, and all to the whole.
 struct vw_rows vw_payout_rows(const struct vw_payouts *payouts);
 struct vw_rows vw_photo_payout_rows(const struct vw_payouts *payouts);
-// Writes matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name;
-// per photo a row of dv_psnr, one of lasting_psnr where there is a backward pass by validation photo, and one of
-// dv_loss. The last has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the
-// matrix does not contain (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
-enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
-                                     const struct vw_ledger_image *images, uint32_t image_count);
+// Makes the text of matrix.csv; `path` is for messages. Its columns are
+// name,provider,measure,unit,mean,jackknife_stderr, and one per validation view, by its name; per photo a row of
+// dv_psnr, one of lasting_psnr where there is a backward pass by validation photo, and one of dv_loss. The last has
+// neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the matrix does not
+// contain (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
 enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
                                     const struct vw_ledger_image *images, uint32_t image_count,
                                     struct vw_csv_text *made);

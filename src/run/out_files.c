@@ -28,10 +28,6 @@ const struct vw_out_file vw_out_files[] = {
     {"checkpoint_1.vwc", VW_OUT_STAYS},
     {VW_LASTING_PASS_FILE, VW_OUT_BY_STEPS},
     {VW_RETRAININGS_FILE, VW_OUT_STAYS},
-    // Lists of the folds of --kfold, in fold-*/.
-    {"train.txt", VW_OUT_STAYS},
-    {"val.txt", VW_OUT_STAYS},
-    {"test.txt", VW_OUT_STAYS},
     // Times and PSNR of a trade-off: they are read back, but decide nothing about a run.
     {"measurements.json", VW_OUT_STAYS},
     // States of jobs: they decide whether a job is started. The merge verifies its ledger, and prints the status there.
@@ -53,7 +49,6 @@ const struct vw_out_file vw_out_files[] = {
     {"compare.csv", VW_OUT_STAYS},
     {"pairs.csv", VW_OUT_STAYS},
     {"disagreements.csv", VW_OUT_STAYS},
-    {"dv_psnr.csv", VW_OUT_STAYS}, // made by --kfold
     {VW_OUT_LOCK_FILE, VW_OUT_STAYS},
 };
 const size_t vw_out_file_count = VW_ARRAY_COUNT(vw_out_files);

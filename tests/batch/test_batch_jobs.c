@@ -82,7 +82,6 @@ FOLDER_TEST(an_error_of_the_file_is_named) {
         {JOBS(", \"options\": []"), "jobs[0].options: give an object"},
         {JOBS(", \"options\": {\"seed\": 3}"), "jobs[0].seed: no option of a job"},
         {JOBS(", \"options\": {\"out\": \"/tmp\"}"), "jobs[0].out: no option of a job"},
-        {JOBS(", \"options\": {\"kfold\": 3}"), "jobs[0].kfold: no option of a job"},
         {JOBS(", \"options\": {\"--epochs\": 3}"), "jobs[0].options: a key is not an option"},
         {JOBS(", \"options\": {\"a=b\": 3}"), "jobs[0].options: a key is not an option"},
         {JOBS(", \"options\": {\"epochs\": [3]}"), "jobs[0].epochs: give a number"},

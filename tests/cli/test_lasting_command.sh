@@ -39,7 +39,6 @@ check "verify makes it again" prints '^matrix.csv +intact' "$program" verify "$f
 sed -i 's/\(,lasting_psnr,dB,[^,]*,,\)/\13/' "$folder/both/matrix.csv"
 check "and finds an edit" eval '! "$program" verify "$folder/both" 2>&1 | grep -q "^matrix.csv  *intact"'
 check "--lasting-matrix belongs to --lasting" fails 2 '--lasting-matrix needs --lasting' value none --lasting-matrix
-check "--kfold takes no lasting credit" fails 2 '--lasting is for a single training' value none --kfold 2 --lasting
 
 check "select ranks by it" prints '^kept     2 of 6 photos' select_photos --rule top:2
 check "but knows no zero of it" fails 2 'zero that means nothing: only differences do' select_photos --rule positive

@@ -31,11 +31,6 @@ check "a name that fits several is refused with the first three" \
     refuses '0007: is short for 4 photos: a/0007\.png, b/0007\.png, c/0007\.png, \.\.\.; write' render "$folder/out" --view 0007
 check "the end of a name is none" refuses '--view 030: no photo' render "$folder/out" --view 030
 
-mkdir -p "$folder/folds/fold-1"
-cp "$folder/out/ledger.db" "$folder/folds/fold-1"
-check "a folder of folds is refused with the folder to give" refuses 'name one of them, for example .*/folds/fold-1 ' \
-    render "$folder/folds"
-
 # ---- Formats --------------------------------------------------------------------------------------------------------------
 
 # Without a device, which would time steps.

@@ -66,12 +66,8 @@ check "a comparison" run "$program" compare "$scene" --list all --list top:3 --s
     --seeds 2 "${once[@]}"
 check "is of splats" test "$(retrained compare)" = "$as_drawn"
 
-# ---- Folds and batches ----
+# ---- Batches ----
 
-check "folds" value folds --field splats "${shape[@]}" --epochs 2 --kfold 2
-check "what is to be compared next are splats, as options say that only they have" named compare --epochs 1 "${shape[@]}"
-check "as are all folds" is_of_splats folds/fold-1
-check "the last, too" is_of_splats folds/fold-2
 cat >"$folder/jobs.json" <<JSON
 {"defaults": {"rays": 256, "val-rays": 256, "splats": 60, "effects": "none", "epochs": 2}, "seeds": [0, 1],
  "jobs": [{"name": "field", "scene": "$scene", "options": {"field": "splats"}},

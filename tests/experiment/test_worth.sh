@@ -127,7 +127,6 @@ check "an edited retraining is found" fails 1 'a retraining row likewise' "$prog
 check "more retrainings than there are subsets are refused" fails 2 '6 photos have only [0-9]+ subsets' worth run --retrainings 200
 check "a run without scores is refused" eval 'run "$program" train "$scene" --out "$folder/trained" "${tiny[@]:0:14}" --quiet &&
     fails 2 "the run has no scores" worth trained --retrainings 8'
-check "--retrainings is not for folds" fails 2 'retrainings is for a single training' value folds --kfold 2 --retrainings 8
 check "what cannot be paid or reached is refused before the run is trained" eval '
     fails 2 "payout takes an amount" value refused --retrainings 8 --payout abc &&
     fails 2 "until-confidence" value refused --retrainings 8 --until-confidence 1 && [[ ! -e $folder/refused/ledger.db ]]'

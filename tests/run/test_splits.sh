@@ -71,8 +71,6 @@ check "equal weights are none" eval 'value equal --val-weights "$folder/equal.cs
 check "resume refuses other weights" fails 2 'another scene' "$program" value "$folder/scene" --out "$folder/weighted" "${small[@]}" \
     --epochs 2 --val-weights "$folder/one.csv" --resume --quiet
 check "and continues with the same" value again --val-weights "$folder/weights.csv" --resume --epochs 3
-check "folds refuse weights" fails 2 'leave out --val-weights' "$program" value "$folder/scene" --out "$folder/folds" "${small[@]}" \
-    --kfold 2 --splits "$folder/weighted/splits.json" --quiet
 check "select refuses weights" fails 2 'without weights' "$program" select "$folder/weighted" --to "$folder/list.txt" --quiet
 check "a report of runs with other weights says so" eval 'run "$program" report "$folder"/{plain,weighted} --to "$folder/both.html" &&
     grep -q "weighted: validates or tests on other photos or weights" "$folder/stderr"'

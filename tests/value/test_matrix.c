@@ -120,21 +120,21 @@ FOLDER_TEST(deltas_are_summed_by_view) {
     assert_near(matrix.end_psnr[1], 22, 1e-12);
 
     const double standard_errors[] = {0.5, NAN};
-    AUTO_FREE char *path = vw_path_join(*state, "matrix.csv");
+    struct vw_csv_text table = {0};
     for (size_t i = 0; i < 4; i++) matrix.psnr[i] = psnr[i], matrix.l1[i] = i / 4.0;
-    ASSERT_OK(vw_table_write_matrix(path, &matrix, standard_errors, run->images, run->image_count));
-    AUTO_FREE void *text = temporary_read(path, NULL);
-    assert_string_equal(text, "name,provider,measure,unit,mean,jackknife_stderr,\"val,0.png\",3.png\n"
-                              "1.png,,dv_psnr,dB,2,0.5,1,3\n"
-                              "1.png,,dv_loss,mean absolute error,,,0,0.25\n"
-                              "2.png,,dv_psnr,dB,43,,87,-1\n"
-                              "2.png,,dv_loss,mean absolute error,,,0.5,0.75\n");
+    ASSERT_OK(vw_table_make_matrix("m", &matrix, standard_errors, run->images, run->image_count, &table));
+    assert_string_equal(table.text, "name,provider,measure,unit,mean,jackknife_stderr,\"val,0.png\",3.png\n"
+                                    "1.png,,dv_psnr,dB,2,0.5,1,3\n"
+                                    "1.png,,dv_loss,mean absolute error,,,0,0.25\n"
+                                    "2.png,,dv_psnr,dB,43,,87,-1\n"
+                                    "2.png,,dv_loss,mean absolute error,,,0.5,0.75\n");
     assert_true(matrix.weights[0] == 1 && matrix.weights[1] == 1);
     matrix.weights[1] = 3;
-    ASSERT_OK(vw_table_write_matrix(path, &matrix, standard_errors, run->images, run->image_count));
-    AUTO_FREE char *weighted = temporary_read(path, NULL);
-    assert_non_null(strstr(weighted, "1.png,,dv_psnr,dB,2.5,0.5,1,3\n"));
-    assert_int_equal(vw_table_write_matrix(path, &matrix, standard_errors, run->images, 3), VW_ERROR_INPUT);
+    free(table.text);
+    ASSERT_OK(vw_table_make_matrix("m", &matrix, standard_errors, run->images, run->image_count, &table));
+    assert_non_null(strstr(table.text, "1.png,,dv_psnr,dB,2.5,0.5,1,3\n"));
+    free(table.text);
+    assert_int_equal(vw_table_make_matrix("m", &matrix, standard_errors, run->images, 3, &table), VW_ERROR_INPUT);
     vw_matrix_clear(&matrix);
 
     input.burn_in_epochs = 3;

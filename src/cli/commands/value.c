@@ -10,7 +10,6 @@
 #include "cli/output/results.h"
 #include "cli/params.h"
 #include "cli/parse_options.h"
-#include "experiment/kfold.h"
 
 // Makes the run of `value`, or that of `train`, which has neither validation nor scores.
 static enum vw_status make_run(const struct vw_options *options, bool train_only) {
@@ -43,44 +42,10 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     return status;
 }
 
-static enum vw_status check_kfold(const struct vw_options *options) {
-    static const char *const single[] = {"budget", "until-stable", "payout", "profile", "lasting", "retrainings"};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(single); i++)
-        if (vw_options_have(options, single[i]))
-            return vw_fail(VW_ERROR_USAGE, "--%s is for a single training; leave it out with --kfold", single[i]);
-    return VW_OK;
-}
-
-static enum vw_status make_folds(const struct vw_options *options) {
-    struct vw_device_list devices;
-    struct vw_config config;
-    enum vw_status status = check_kfold(options);
-    if (!status) status = vw_device_list_read(options, &devices);
-    if (!status) status = vw_params_take_accuracy(options, &config);
-    if (status) return status;
-    struct vw_progress progress = {0};
-    struct vw_kfold_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
-                                     .folds = options->kfold};
-    params.common.config = &config;
-    struct vw_kfold kfold;
-    status = vw_kfold_make(&params, &kfold);
-    vw_progress_end(&progress);
-    if (!status) status = vw_kfold_print(&kfold, options->json);
-    vw_kfold_free(&kfold);
-    return status;
-}
-
 enum vw_status vw_command_value(const struct vw_options *options) {
     vw_interrupt_follow_batch();
-    if (options->kfold) return make_folds(options);
-    if (options->devices)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "--devices is for several trainings; give it with --kfold K, or to viewworth worth after the run");
     if (options->together && !options->retrainings)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "--together is for several trainings; give it with --kfold K or --retrainings M, or leave it out");
+        return vw_fail(VW_ERROR_USAGE, "--together is for several trainings; give it with --retrainings M");
     enum vw_status status = options->retrainings ? vw_worth_check_options(options) : VW_OK;
     return status ? status : make_run(options, false);
 }

@@ -8,7 +8,6 @@
 
 #include "batch/batch.h"
 #include "experiment/comparison.h"
-#include "experiment/kfold.h"
 #include "experiment/prices.h"
 #include "experiment/sweep/sweep.h"
 #include "experiment/verified_selection.h"
@@ -27,7 +26,6 @@ enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);
 
 // Prints a finished run, with its scores unless it trained only.
 enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool json);
-enum vw_status vw_kfold_print(const struct vw_kfold *kfold, bool json);
 enum vw_status vw_worth_print(const struct vw_worth_run *result, double until_confidence, bool json);
 enum vw_status vw_comparison_print(const struct vw_comparison *comparison, bool json);
 enum vw_status vw_sweep_print(const struct vw_sweep *sweep, bool json);

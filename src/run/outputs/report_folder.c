@@ -100,11 +100,10 @@ static enum vw_status add_run(struct gathering *gathering, const char *folder, b
     return held ? read_ledger(gathering, folder) : VW_OK;
 }
 
-// Reads the number after "seed_" or "fold-"; returns false for other names.
+// Reads the number after "seed_"; returns false for other names.
 static bool read_number(const char *name, uint64_t *number) {
-    int seed_end = 0, fold_end = 0;
-    return (sscanf(name, "seed_%" SCNu64 "%n", number, &seed_end) == 1 && name[seed_end] == 0) ||
-           (sscanf(name, "fold-%" SCNu64 "%n", number, &fold_end) == 1 && name[fold_end] == 0);
+    int end = 0;
+    return sscanf(name, "seed_%" SCNu64 "%n", number, &end) == 1 && name[end] == 0;
 }
 
 static int compare_numbers(const struct dirent **left, const struct dirent **right) {
@@ -118,7 +117,7 @@ static int is_one_of_several(const struct dirent *entry) {
     return read_number(entry->d_name, &number);
 }
 
-// Adds the runs of seeds or folds.
+// Adds the runs of seeds.
 static enum vw_status add_several(struct gathering *gathering, const char *out, bool *found) {
     struct dirent **entries = NULL;
     int count = scandir(out, &entries, is_one_of_several, compare_numbers);
@@ -195,18 +194,12 @@ static bool splits_differ(const struct vw_value_input *one, const struct vw_valu
     return false;
 }
 
-static bool is_fold(const struct held_run *run) {
-    const char *slash = strrchr(run->folder, '/');
-    return strncmp(slash ? slash + 1 : run->folder, "fold-", strlen("fold-")) == 0;
-}
-
-// Logs runs of one scene that other photos judge than the first; folds of one valuation are so on purpose.
+// Logs runs of one scene that other photos judge than the first.
 static void warn_of_splits(const struct gathering *gathering) {
     for (size_t i = 1; i < gathering->run_count; i++) {
         const struct held_run *run = &gathering->runs[i], *first = gathering->runs;
-        while (first < run && (strcmp(first->recorded.row.scene_path, run->recorded.row.scene_path) || is_fold(first)))
-            first++;
-        if (first < run && !is_fold(run) && splits_differ(&first->results.input, &run->results.input))
+        while (first < run && strcmp(first->recorded.row.scene_path, run->recorded.row.scene_path)) first++;
+        if (first < run && splits_differ(&first->results.input, &run->results.input))
             vw_log_warning(
                 "%s: validates or tests on other photos or weights than %s, so their PSNR and scores cannot be "
                 "compared; value it again with --splits %s/" VW_SPLITS_FILE,

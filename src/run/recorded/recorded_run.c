@@ -15,17 +15,6 @@
 #include "train/trainer.h"
 #include "viewworth/log.h"
 
-static enum vw_status refuse_folds(const char *out) {
-    if (vw_file_exists_inside(out, VW_LEDGER_FILE) || !vw_file_exists_inside(out, "fold-1/" VW_LEDGER_FILE))
-        return VW_OK;
-    return vw_fail(
-        VW_ERROR_USAGE,
-        "%s: holds the folds of value --kfold; name one of them, for example %s/fold-1 (%s/fold-K/val.txt "
-        "lists the photos that fold K validates). viewworth compare SCENE --list all --list %s/dv_psnr.csv@0 "
-        "trains on photos of their pooled scores",
-        out, out, out, out);
-}
-
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
     enum vw_status status = vw_recorded_open_unverified(out, run);
     return status ? status : vw_recorded_warn_unverified(run, true);
@@ -51,8 +40,7 @@ enum vw_status vw_recorded_warn_unverified(struct vw_recorded_run *run, bool sco
 enum vw_status vw_recorded_open_unverified(const char *out, struct vw_recorded_run *run) {
     *run = (struct vw_recorded_run){.out = out, .ledger_path = vw_path_join(out, VW_LEDGER_FILE)};
     if (!run->ledger_path) return VW_ERROR_MEMORY;
-    enum vw_status status = refuse_folds(out);
-    if (!status) status = vw_file_check_inside(out, VW_LEDGER_FILE);
+    enum vw_status status = vw_file_check_inside(out, VW_LEDGER_FILE);
     if (!status) status = vw_ledger_open(run->ledger_path, &run->ledger);
     if (!status) status = vw_ledger_get_run(run->ledger, &run->row);
     if (status) return status;

@@ -24,7 +24,7 @@ struct vw_recorded_run {
 
 // Opens OUT's ledger and reads what the run is. Warns when the ledger does not verify or its scores are not those of
 // its steps, for a reader that prints what is in it; a writer opens it again by vw_ledger_open_to_append(), which
-// refuses. VW_ERROR_USAGE for the folds of value --kfold. Close it also after a failure.
+// refuses. Close it also after a failure.
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run);
 // Warns in the same way, of scores only where these are asked for.
 enum vw_status vw_recorded_warn_unverified(struct vw_recorded_run *run, bool scores);

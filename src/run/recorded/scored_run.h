@@ -17,8 +17,8 @@ struct vw_scored_run {
     uint32_t image_count;
 };
 
-// Opens OUT's ledger. VW_ERROR_USAGE for the folds of value --kfold, VW_ERROR_MISMATCH for scores that steps and
-// retrainings do not give, since a list is chosen by them. Close it also after a failure.
+// Opens OUT's ledger. Returns VW_ERROR_MISMATCH for scores that steps and retrainings do not give, since a list is
+// chosen by them. Close it also after a failure.
 enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run);
 // Warns if the run is not finished, and if it injected corruption into another number of photos than `corrupt`, the
 // number where its scores are used.
