@@ -11,7 +11,6 @@
 #include "ledger/find_image.h"
 #include "report/tables.h"
 #include "value/lasting_scores.h"
-#include "value/repair.h"
 #include "value/series.h"
 #include "viewworth/version.h"
 
@@ -169,51 +168,13 @@ static json_t *steps_to_json(const struct vw_results *run) {
     return steps;
 }
 
-// ---- Repair curves -------------------------------------------------------------------------------------------------
+// ---- Credit by epoch -----------------------------------------------------------------------------------------------
 
 static json_t *reals_to_json(const double *values, uint32_t count) {
     json_t *array = json_array();
     for (uint32_t i = 0; i < count; i++) vw_json_append(&array, vw_json_real(values[i]));
     return array;
 }
-
-static json_t *curve_to_json(const struct vw_repair_curve *curve, uint32_t count) {
-    json_t *object = json_object();
-    vw_json_set(&object, "excess", reals_to_json(curve->excess_db, count));
-    vw_json_set(&object, "stderr", reals_to_json(curve->stderr_db, count));
-    return object;
-}
-
-static json_t *curves_to_json(const struct vw_repair_curves *curves, uint32_t image_count) {
-    json_t *repair = json_object(), *steps = json_array(), *photos = json_array(), *kinds = json_array();
-    uint32_t horizons = curves->horizon_count;
-    for (uint32_t k = 0; k < horizons; k++) vw_json_append(&steps, json_integer(curves->horizons[k]));
-    for (uint32_t i = 0; i < image_count; i++)
-        vw_json_append(&photos,
-                       curves->photos[i].visits[0] ? curve_to_json(&curves->photos[i], horizons) : json_null());
-    for (uint32_t i = 0; i < curves->kind_count; i++) {
-        json_t *kind = curve_to_json(&curves->kinds[i].curve, horizons);
-        vw_json_set(&kind, "kind", vw_json_string(curves->kinds[i].ground_truth));
-        vw_json_set(&kind, "photos", json_integer(curves->kinds[i].photo_count));
-        vw_json_append(&kinds, kind);
-    }
-    vw_json_set(&repair, "steps", steps);
-    vw_json_set(&repair, "photos", photos);
-    vw_json_set(&repair, "kinds", kinds);
-    return repair;
-}
-
-static enum vw_status add_repair(const struct vw_results *run, json_t **object) {
-    struct vw_repair_curves curves;
-    enum vw_status status = vw_repair_curves_make(&run->input, &curves);
-    if (!status)
-        vw_json_set(object, "repair",
-                    curves.horizon_count ? curves_to_json(&curves, run->input.image_count) : json_null());
-    vw_repair_curves_free(&curves);
-    return status;
-}
-
-// ---- Credit by epoch -----------------------------------------------------------------------------------------------
 
 // Sums by photo and group of neighbouring epochs.
 struct credits {
@@ -499,7 +460,6 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     vw_json_set(&object, "residuals", shared(run->residuals));
     if (run->next) vw_json_set(&object, "next", shared(run->next));
     enum vw_status status = add_scores(run, &object);
-    if (!status) status = add_repair(run, &object);
     if (!status) status = add_credit(run, &object);
     if (!status) status = add_texts(run, &object);
     vw_json_append(runs, object);

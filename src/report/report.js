@@ -393,59 +393,6 @@ function fillTraining() {
   });
 }
 
-// ---- Repair -------------------------------------------------------------------------------------------------------------
-
-// Averages the curves of some photos, with the error that follows from theirs.
-function meanCurve(curves) {
-  const at = (key, k) => curves.map(curve => curve[key][k]).filter(known);
-  const steps = run().repair.steps.map((_, k) => k);
-  return {excess: steps.map(k => mean(at('excess', k))),
-    stderr: steps.map(k => Math.sqrt(at('stderr', k).reduce((sum, error) => sum + error ** 2, 0)) / at('stderr', k).length)};
-}
-
-// Divides photos by kind where kinds are known, otherwise into the tenths at both ends of the ranking.
-function repairGroups(ranked) {
-  const {photos, kinds} = run().repair;
-  if (kinds.length) return kinds.map(kind => ({label: kind.kind + ' (' + plural(kind.photos, 'photo') + ')', ...kind}));
-  const count = Math.ceil(ranked.length / 10), group = rows => meanCurve(rows.map(row => photos[row.image]));
-  return count ? [{label: 'highest tenth of scores', ...group(ranked.slice(0, count))},
-    {label: 'lowest tenth of scores', ...group(ranked.slice(-count))}] : [];
-}
-
-function drawRepair(lines) {
-  const {steps} = run().repair, decimals = decimalsFor(lines.flatMap(line => line.excess));
-  const told = (line, k) => signed(line.excess[k], decimals) + ' ± ' + fixed(line.stderr[k], decimals);
-  drawChart('repair-chart', {
-    label: 'Excess of validation PSNR some steps after a photo was used',
-    caption: 'Steps are not evenly spaced. ± in the table is one standard error over visits.',
-    behind: tableBehind('Table of the curves', ['steps', ...lines.map(line => line.label + ', dB')],
-      () => steps.map((step, k) => [grouped(step), ...lines.map(line => told(line, k))]), lines.map((_, i) => i + 1)),
-    config: () => ({type: 'line', data: {labels: steps.map(String), datasets: lines.map((line, i) => ({label: line.label,
-      data: line.excess.map(value => known(value) ? value : null), borderWidth: 1.8, borderColor: PALETTE[i % PALETTE.length],
-      backgroundColor: PALETTE[i % PALETTE.length], borderDash: DASHES[i % DASHES.length], pointStyle: POINTS[i % POINTS.length],
-      radius: 3.5}))},
-    options: {interaction: {mode: 'index', intersect: false},
-      scales: {x: axis('h: steps after the photo was used'), y: axis('excess of validation PSNR, dB')},
-      plugins: {legend: {display: true, labels: legendLabels()}, tooltip: {callbacks: {
-        title: items => plural(steps[items[0].dataIndex], 'step'),
-        label: item => lines[item.datasetIndex].label + ': ' + told(lines[item.datasetIndex], item.dataIndex) + ' dB'}}}}}),
-  });
-}
-
-// Draws the curves of the groups and of a photo that the reader chooses: first the lowest-scored one, where no kinds are known.
-function fillRepair() {
-  const {repair, images} = run();
-  byId('repair').hidden = !repair;
-  if (!repair) return;
-  const ranked = photoRows(run()).filter(row => known(row.value) && repair.photos[row.image]), groups = repairGroups(ranked);
-  const lowest = ranked.length && !repair.kinds.length ? String(ranked[ranked.length - 1].image) : '';
-  const draw = image => drawRepair(image === '' ? groups : [...groups, {label: images.name[image], ...repair.photos[image]}]);
-  const names = images.name.map((name, i) => [String(i), name]).filter(([image]) => repair.photos[image]);
-  names.sort((a, b) => collator.compare(a[1], b[1]));
-  byId('repair-filters').replaceChildren(selectBox('choose-repair', 'Photo', [['', 'none'], ...names], lowest, draw));
-  draw(lowest);
-}
-
 // ---- Agreement of runs --------------------------------------------------------------------------------------------------
 
 function pairsOf(list) { return list.flatMap((a, i) => list.slice(i + 1).map(b => [a, b])); }
@@ -516,7 +463,6 @@ function fillScored() {
   fillMap();
   fillPhoto();
   fillDistribution();
-  fillRepair();
   fillAgreement();
   fillProviders();
 }

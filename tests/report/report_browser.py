@@ -109,20 +109,6 @@ def quality_is_shown(browser, folder):
     expect('above 0' not in page.run(tiles), page.run(tiles))
 
 
-@check('repair curves are drawn by kind, and of a chosen photo')
-def repair_is_drawn(browser, folder):
-    page = Page(browser, f'{folder}/run/report.html')
-    repair = page.run("return JSON.parse(document.getElementById('data').textContent).runs[0].repair")
-    labels = "return charts.get('repair-chart').chart.data.datasets.map(one => one.label)"
-    kinds = [kind['kind'] + f" ({kind['photos']} photo" + ('s' if kind['photos'] > 1 else '') + ')' for kind in repair['kinds']]
-    expect(len(kinds) > 1 and page.run(labels) == kinds, page.run(labels))
-    expect(repair['steps'][:3] == [1, 2, 3], repair['steps'])
-    photo = next(i for i, one in enumerate(repair['photos']) if one)
-    page.choose('choose-repair', str(photo))
-    last = page.run("return charts.get('repair-chart').chart.data.datasets.at(-1).data")
-    expect(last == repair['photos'][photo]['excess'] and len(page.run(labels)) == len(kinds) + 1, last)
-
-
 def data_of(page):
     return page.run("return JSON.parse(document.getElementById('data').textContent)")['runs'][0]
 
