@@ -30,7 +30,7 @@ static const struct vw_effect_verdict *decide(struct decided *decided, uint32_t 
     config.samples = 8;
     config.rays = 16;
     config.pilot_steps = steps;
-    strcpy(config.effects, "-unbounded,-appearance");
+    strcpy(config.effects, "-unbounded,-appearance,-pose,-wide_box");
     ASSERT_OK(vw_effects_decide_cached(test_gpu(), scene, &config, decided->verdicts, &decided->count));
     for (uint32_t i = 0; i < decided->count; i++)
         if (!strcmp(decided->verdicts[i].name, "sky")) return &decided->verdicts[i];
