@@ -109,6 +109,8 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
 static struct vw_trainer_parts list_parts(struct vw_trainer *trainer) {
     return (struct vw_trainer_parts){.scene = trainer->scene,
                                      .config = &trainer->config,
+                                     .effects = trainer->effects,
+                                     .effect_count = trainer->effect_count,
                                      .masks = trainer->masks,
                                      .field = &trainer->field,
                                      .step = &trainer->step,

@@ -129,21 +129,12 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
     return status;
 }
 
-static struct vw_trained_field trained_field_of(struct vw_trainer *trainer) {
-    return (struct vw_trained_field){.field = &trainer->field,
-                                     .config = &trainer->config,
-                                     .effects = trainer->effects,
-                                     .effect_count = trainer->effect_count};
-}
-
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path) {
-    const struct vw_trained_field trained = trained_field_of(trainer);
-    return vw_field_file_save(path, &trained);
+    return vw_field_file_save(path, &trainer->parts);
 }
 
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path) {
-    const struct vw_trained_field trained = trained_field_of(trainer);
-    return vw_field_file_load(path, &trained);
+    return vw_field_file_load(path, &trainer->parts);
 }
 
 enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, size_t *size_bytes) {

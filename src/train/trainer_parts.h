@@ -1,6 +1,6 @@
 // The parts of a trainer, for code that works on its training between steps: the backward pass of lasting credit, and
-// measurements of the laboratory. Whoever changes the state restores it (train/files/snapshot.h), so that the run's own
-// steps keep their bits.
+// measurements of the laboratory. Whoever changes the state restores it (train/files/training_files.h), so that the
+// run's own steps keep their bits.
 #ifndef VIEWWORTH_TRAIN_TRAINER_PARTS_H
 #define VIEWWORTH_TRAIN_TRAINER_PARTS_H
 
@@ -14,6 +14,8 @@ struct vw_trainer;
 struct vw_trainer_parts { // all borrowed
     const struct vw_scene *scene;
     const struct vw_config *config;
+    const struct vw_effect_verdict *effects;
+    uint32_t effect_count;
     bool masks; // mask files are obeyed
     struct vw_radiance_field *field;
     const struct vw_step_passes *step;

@@ -98,8 +98,7 @@ static void take_step(struct step_bench *bench, bool coarse) {
     if (!coarse) return;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
     vw_submission_begin(bench->submission);
-    vw_importance_record(&bench->model, &vw_volume_step_of(&bench->step)->gradient.importance, bench->submission,
-                         &push);
+    vw_importance_record(&bench->model, &bench->volume->gradient.importance, bench->submission, &push);
     vw_step_record_loss(&bench->step, bench->submission, 0, 0);
     step_bench_submit(bench);
 }
@@ -113,8 +112,8 @@ static struct mlp_step *open_step(struct step_bench *bench, bool coarse) {
     if (coarse) {
         step->s.samples = bench->config.samples;
         step->s.importance = 0;
-        step->first = 4 * vw_volume_of(&bench->model)->coarse_column;
-        assert_int_equal(vw_volume_of(&bench->model)->coarse.size_bytes, bench->model.weights.size_bytes);
+        step->first = 4 * bench->layout->coarse_column;
+        assert_int_equal(bench->layout->coarse.size_bytes, bench->model.weights.size_bytes);
     }
     reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &step->mlp);
     assert_int_equal(step->mlp.param_count, 4 * bench->model.weight_columns);
@@ -213,15 +212,14 @@ static void check_encodings(const struct mlp_step *step) {
     uint32_t frequencies = bench->config.frequencies, count = 3 + 6 * frequencies, position4 = VW_ENCODED4(frequencies);
     for (uint32_t i = 0; i < sample_count(step); i++) {
         for (uint32_t k = 0; k < 4 * position4; k++) {
-            float number = rows[4 * (size_t)VW_ROW_PLACE(vw_volume_of(&bench->model)->row_count, k / 4, i) + k % 4];
+            float number = rows[4 * (size_t)VW_ROW_PLACE(bench->layout->row_count, k / 4, i) + k % 4];
             // The position is a float, off by 2^-24 and more after its way; a frequency multiplies that.
             double scale = k < 3 ? 1.0 : ldexp(M_PI, (int)(k - 3) / 6);
             check_value(bench->where, "encoded position", k, number, k < count ? step->samples[i].encodings[k] : 0.0,
                         3e-7 + 6e-7 * scale);
         }
         for (uint32_t k = 0; k < 27; k++) {
-            float number =
-                rows[4 * (size_t)VW_ROW_PLACE(vw_volume_of(&bench->model)->row_count, position4 + k / 4, i) + k % 4];
+            float number = rows[4 * (size_t)VW_ROW_PLACE(bench->layout->row_count, position4 + k / 4, i) + k % 4];
             check_value(bench->where, "encoded direction", k, number, step->samples[i].encodings[count + k], 6e-6);
         }
     }
@@ -242,9 +240,7 @@ static void adopt_gates(struct mlp_step *step) {
         for (uint32_t l = 0; l < step->mlp.count; l++) {
             double *values = step->samples[i].values[l];
             for (uint32_t k = 0; k < step->mlp.layers[l].out && step->mlp.layers[l].relu; k++) {
-                bool active =
-                    rows[4 * (size_t)VW_ROW_PLACE(vw_volume_of(&bench->model)->row_count, row + k / 4, i) + k % 4] >
-                    0.0f;
+                bool active = rows[4 * (size_t)VW_ROW_PLACE(bench->layout->row_count, row + k / 4, i) + k % 4] > 0.0f;
                 if (active != (values[k] > 0.0))
                     check_value(bench->where, "gated", k, 0.0, values[k], 0.05 * tolerance_of(bench));
                 values[k] = active ? fmax(values[k], 1e-300) : 0.0;
@@ -308,29 +304,6 @@ TEST_CASES(steps_match_the_reference, c, VW_ARRAY_COUNT(cases)) {
         check_gradients(step);
     }
     check_rendering(bench);
-}
-
-TEST(the_bits_do_not_depend_on_the_chunk) {
-    struct step_case setup = {
-        .name = "chunks", .seed = 320, .field = VW_FIELD_MLP, .mlp_depth = 7, .width = 24, .rays = 60, .samples = 16};
-    step_bench_check_chunks(&setup, 256, STEP);
-    setup.importance_samples = 8;
-    setup.own_coarse = true;
-    step_bench_check_chunks(&setup, 512, STEP); // both kinds of samples fill whole workgroups
-}
-
-// ---- What is not finite ---------------------------------------------------------------------------------------------
-
-TEST(what_is_not_finite_marks_the_step) {
-    const struct step_case setup = {
-        .name = "not finite", .seed = 321, .field = VW_FIELD_MLP, .mlp_depth = 3, .width = 16};
-    static const float wrong[] = {INFINITY, NAN, 3e38f};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
-        struct step_bench *bench = step_bench_open(&setup);
-        for (uint32_t k = 0; k < 64; k++) bench->params[k] = wrong[i];
-        step_bench_check_skipped(bench, STEP);
-        test_release(bench);
-    }
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -45,7 +45,7 @@ static void check_slopes(struct step_bench *bench, const struct hard_gradients *
     const struct slope_check check = {bench->where, loss_of,         &step,
                                       SLOPE_STEP,   SLOPE_TOLERANCE, 1e-30}; // a sky may be hidden
     struct step_range ranges[STEP_RANGES_MAX];
-    size_t features = 2 * (size_t)vw_volume_of(&bench->model)->pair_count;
+    size_t features = 2 * (size_t)bench->layout->pair_count;
     float *d_grid = test_allocate(features, sizeof *d_grid);
     uint32_t count = step_bench_ranges(bench, step.reference, step.params, gradients->weights, ranges);
     for (uint32_t r = 0; r < count; r++)

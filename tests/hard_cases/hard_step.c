@@ -83,7 +83,7 @@ static void compare_ranges(struct hard_finding *finding, const struct step_bench
 static void compare_grid_gradients(struct hard_finding *finding, const struct step_bench *bench,
                                    const struct reference_step *reference, const int64_t *quanta) {
     const struct vw_specialization *s = &bench->model.specialization;
-    size_t features = 2 * (size_t)vw_volume_of(&bench->model)->pair_count;
+    size_t features = 2 * (size_t)bench->layout->pair_count;
     int64_t *expected = test_allocate(features, sizeof *expected);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         reference_grid_scatter_fixed(s, reference->samples[i].position, reference->d_samples[i].encoding, expected);
@@ -125,13 +125,12 @@ static struct reference_step *run_reference(struct hard_finding *finding, struct
 
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number) {
     step_bench_gradients(bench, number);
-    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
-    struct hard_gradients gradients = {
-        step_bench_read(bench, bench->step.d_weights),
-        test_allocate(2 * (size_t)vw_volume_of(&bench->model)->pair_count, sizeof *gradients.quanta)};
+    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    struct hard_gradients gradients = {step_bench_read(bench, bench->step.d_weights),
+                                       test_allocate(2 * (size_t)bench->layout->pair_count, sizeof *gradients.quanta)};
     reference_unpack_grid(&bench->model, words, gradients.quanta);
-    memset(words, 0, vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid));
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->d_grid, words);
+    memset(words, 0, vw_buffer_size_bytes(bench->volume->d_grid));
+    step_bench_write(bench, bench->volume->d_grid, words);
     return gradients;
 }
 
@@ -213,7 +212,7 @@ static void check_grid(struct hard_finding *finding, const struct step_bench *be
                        const struct hard_state *after) {
     const struct vw_specialization *s = &bench->model.specialization;
     bool dense = s->optimizer == OPTIMIZER_DENSE_ADAM;
-    for (uint64_t pair = 0; pair < vw_volume_of(&bench->model)->pair_count; pair++) {
+    for (uint64_t pair = 0; pair < bench->layout->pair_count; pair++) {
         uint64_t i = 2 * pair;
         if (!dense && gradients->quanta[i] == 0 && gradients->quanta[i + 1] == 0) { // silent: not a bit may change
             hard_same_bits(finding, "silent entry", after->grid.grid + i, before->grid.grid + i, 8);

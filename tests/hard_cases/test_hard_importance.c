@@ -68,8 +68,7 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
     struct vw_specialization s = bench->model.specialization;
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct vw_push_samples push = step_bench_push(bench, STEP);
-    struct vw_buffer *places =
-        training ? vw_volume_step_of(&bench->step)->places : vw_volume_evaluation_of(evaluator)->places;
+    struct vw_buffer *places = training ? bench->volume->places : vw_volume_evaluation_of(evaluator)->places;
     struct vw_ray *rays = make_rays(bench, push.ray_count);
     s.training = training;
     assert_int_equal(s.samples, 20);
@@ -82,11 +81,9 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
         taus[i] = field[i].w * length;
     }
     step_bench_write(bench, training ? bench->step.ray_buffer : evaluator->rays, rays);
-    step_bench_write(bench,
-                     training ? vw_volume_step_of(&bench->step)->samples : vw_volume_evaluation_of(evaluator)->samples,
-                     field);
+    step_bench_write(bench, training ? bench->volume->samples : vw_volume_evaluation_of(evaluator)->samples, field);
     step_bench_dispatch(bench,
-                        training ? vw_volume_step_of(&bench->step)->gradient.importance.place
+                        training ? bench->volume->gradient.importance.place
                                  : vw_volume_evaluation_of(evaluator)->importance.place,
                         &push, sizeof push, step_bench_lanes(bench, push.ray_count));
     float *device = step_bench_read(bench, places);
@@ -133,7 +130,7 @@ static void whole_steps(struct hard_finding *finding) {
         struct step_bench *bench = step_bench_open(&whole);
         hard_check_rendering(finding, bench);
         hard_check_step(finding, bench, STEP);
-        step_bench_check_chunks(&whole, bench->model.ray_group * vw_volume_of(&bench->model)->ray_samples, STEP);
+        step_bench_check_chunks(&whole, bench->model.ray_group * bench->layout->ray_samples, STEP);
         test_release(bench);
     }
 }
@@ -153,9 +150,8 @@ static const struct step_case coarse_setup = {.name = "coarse network",
 // Sets all params of the coarse network to 0, and then the bias of its raw density: the same density everywhere.
 static void make_coarse_network(struct step_bench *bench, float bias) {
     struct vw_mlp_list list;
-    vw_mlp_list(&bench->model, false, vw_volume_of(&bench->model)->coarse_column, &list);
-    memset((char *)bench->params + vw_volume_of(&bench->model)->coarse.offset_bytes, 0,
-           vw_volume_of(&bench->model)->coarse.size_bytes);
+    vw_mlp_list(&bench->model, false, bench->layout->coarse_column, &list);
+    memset((char *)bench->params + bench->layout->coarse.offset_bytes, 0, bench->layout->coarse.size_bytes);
     for (uint32_t i = 0; i < list.count; i++)
         if (list.matrices[i].out == 1) bench->params[4 * (size_t)list.matrices[i].first_bias] = bias;
     step_bench_write_params(bench);
@@ -166,7 +162,7 @@ static void check_places(struct hard_finding *finding, struct step_bench *bench,
     const struct vw_specialization *s = &bench->model.specialization;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-    float *places = step_bench_read(bench, vw_volume_step_of(&bench->step)->places);
+    float *places = step_bench_read(bench, bench->volume->places);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         const struct reference_ray line = reference_ray_of(&rays[ray]);
         double taus[7];
@@ -177,7 +173,7 @@ static void check_places(struct hard_finding *finding, struct step_bench *bench,
 
 static void coarse_network_of(struct hard_finding *finding, float bias, bool learns) {
     struct step_bench *bench = step_bench_open(&coarse_setup);
-    const struct vw_param_range *field = &bench->model.weights, *coarse = &vw_volume_of(&bench->model)->coarse;
+    const struct vw_param_range *field = &bench->model.weights, *coarse = &bench->layout->coarse;
     make_coarse_network(bench, bias);
     step_bench_step(bench, STEP);
     check_places(finding, bench, exp(bias));
@@ -200,16 +196,13 @@ static void off(struct hard_finding *finding) {
     plain.importance_samples = 0;
     struct step_bench *bench = step_bench_open(&plain);
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-    hard_require(finding,
-                 !vw_volume_step_of(&bench->step)->places &&
-                     !vw_volume_step_of(&bench->step)->gradient.importance.place,
+    hard_require(finding, !bench->volume->places && !bench->volume->gradient.importance.place,
                  "a step has nothing of it");
     hard_require(finding,
                  !vw_volume_evaluation_of(evaluator)->places && !vw_volume_evaluation_of(evaluator)->importance.place,
                  "an evaluator has nothing of it");
     for (int i = 0; i < FIELD_PASSES_MAX; i++)
-        hard_require(finding, !vw_volume_step_of(&bench->step)->gradient.importance.even.passes[i],
-                     "no pass renders even samples");
+        hard_require(finding, !bench->volume->gradient.importance.even.passes[i], "no pass renders even samples");
     hard_equal(finding, "samples", 0, bench->model.specialization.samples, bench->model.specialization.strata);
 }
 

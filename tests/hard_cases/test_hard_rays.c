@@ -290,7 +290,7 @@ static void distortion_without_inverse_in_the_corners(struct hard_finding *findi
 static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, rays);
-    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.field.passes[HASH_FORWARD], &push, sizeof push,
+    step_bench_dispatch(bench, bench->volume->gradient.field.passes[HASH_FORWARD], &push, sizeof push,
                         bench->padded_samples);
     float *rows = step_bench_read_rows(bench), *positions = test_allocate(RAYS, 4 * sizeof *positions);
     for (uint32_t ray = 0; ray < RAYS; ray++)

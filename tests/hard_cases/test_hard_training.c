@@ -24,7 +24,7 @@ static void open_scene(void) {
 // ---- Media ----------------------------------------------------------------------------------------------------------
 
 static void check_densities(struct hard_finding *finding, struct step_bench *bench, double expected, double tolerance) {
-    vw_float4 *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
+    vw_float4 *samples = step_bench_read(bench, bench->volume->samples);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         hard_compare(finding, "density", i, samples[i].w, expected, 1.0, tolerance);
 }
@@ -166,8 +166,8 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
     float *rows = clamped_rows(bench, sign);
     struct vw_step_state flags;
     scatter_run(bench, rows, &flags);
-    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
-    int64_t *quanta = test_allocate(2 * (size_t)vw_volume_of(&bench->model)->pair_count, sizeof *quanta);
+    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->layout->pair_count, sizeof *quanta);
     reference_unpack_grid(&bench->model, words, quanta);
     double samples = bench->padded_samples, sum = sign * samples * s->gradient_clamp / s->gradient_quantum;
     hard_require(finding, fabs(sum) < (s->wide_gradient ? 0x1p62 : 0x1p31), "the sum fits its word");
@@ -206,11 +206,10 @@ static void stay_silent(struct step_bench *bench, uint32_t first_step) {
     for (uint32_t step = 0; step < SILENT_STEPS; step += SUBMISSION_STEPS) {
         vw_submission_begin(bench->submission);
         for (uint32_t i = 0; i < SUBMISSION_STEPS; i++) {
-            struct vw_push_update push = {.count = vw_volume_of(&bench->model)->pair_count,
+            struct vw_push_update push = {.count = bench->layout->pair_count,
                                           .step_low = first_step + step + i,
                                           .adam = vw_adam_of(&bench->model.specialization)};
-            vw_submission_dispatch(bench->submission, vw_volume_step_of(&bench->step)->update_grid[0], &push,
-                                   sizeof push, push.count);
+            vw_submission_dispatch(bench->submission, bench->volume->update_grid[0], &push, sizeof push, push.count);
         }
         assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
         assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
@@ -234,7 +233,7 @@ struct reference_entry {
 static void speak(struct hard_finding *finding, struct step_bench *bench, const int64_t gradients[VOICES],
                   uint32_t step, struct reference_entry references[VOICES]) {
     const struct vw_specialization *s = &bench->model.specialization;
-    int64_t *quanta = test_allocate(2 * (size_t)vw_volume_of(&bench->model)->pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->layout->pair_count, sizeof *quanta);
     struct grid_state before = grid_read(bench);
     for (int v = 0; v < VOICES; v++) quanta[voices[v].feature] = gradients[v];
     grid_write_gradient(bench, quanta);
@@ -265,10 +264,8 @@ static void entry_long_silent(struct hard_finding *finding) {
     stay_silent(bench, SPOKEN_STEPS + 1);
     struct grid_state after = grid_read(bench);
     hard_same_bits(finding, "params in silence", after.grid, before.grid, bench->model.param_bytes);
-    hard_same_bits(finding, "visits in silence", after.visits, before.visits,
-                   4 * (size_t)vw_volume_of(&bench->model)->pair_count);
-    hard_same_bits(finding, "moments in silence", after.moment2, before.moment2,
-                   8 * (size_t)vw_volume_of(&bench->model)->pair_count);
+    hard_same_bits(finding, "visits in silence", after.visits, before.visits, 4 * (size_t)bench->layout->pair_count);
+    hard_same_bits(finding, "moments in silence", after.moment2, before.moment2, 8 * (size_t)bench->layout->pair_count);
     speak(finding, bench, last, SPOKEN_STEPS + SILENT_STEPS + 1, references);
 }
 
@@ -297,9 +294,9 @@ static const uint64_t numbers[] = {INT32_MAX,         UINT64_C(1) << 31,       U
                                    UINT64_C(1) << 32, (UINT64_C(1) << 32) + 1, UINT64_C(0x123456789ab)};
 
 static void set_visits(struct step_bench *bench, uint32_t visits) {
-    uint32_t *all = test_allocate(vw_volume_of(&bench->model)->pair_count, sizeof *all);
-    for (uint32_t i = 0; i < vw_volume_of(&bench->model)->pair_count; i++) all[i] = visits;
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->grid_visits, all);
+    uint32_t *all = test_allocate(bench->layout->pair_count, sizeof *all);
+    for (uint32_t i = 0; i < bench->layout->pair_count; i++) all[i] = visits;
+    step_bench_write(bench, bench->volume->grid_visits, all);
 }
 
 static void steps_past_2_31(struct hard_finding *finding) {

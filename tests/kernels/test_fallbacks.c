@@ -26,9 +26,8 @@ struct outcome {
 static const char *const names[] = {"params", "weight moments", "grid moment2", "grid visits", "scalars"};
 
 static struct outcome run(struct step_bench *bench) {
-    struct vw_buffer *buffers[] = {bench->field.params, bench->step.weight_moments,
-                                   vw_volume_step_of(&bench->step)->grid_moment2,
-                                   vw_volume_step_of(&bench->step)->grid_visits, bench->scalars};
+    struct vw_buffer *buffers[] = {bench->field.params, bench->step.weight_moments, bench->volume->grid_moment2,
+                                   bench->volume->grid_visits, bench->scalars};
     struct outcome outcome;
     for (uint64_t number = 1; number <= STEPS; number++) step_bench_step(bench, number);
     for (int i = 0; i < 5; i++) {
@@ -81,8 +80,8 @@ TEST(windows_of_the_grid_change_no_bit) {
         struct step_case chunked = *setups[i];
         chunked.chunk_samples = 256; // the chunk's activations fit such a binding
         struct step_bench *windows = step_bench_open_clamped(&chunked, &clamp);
-        assert_true(vw_volume_of(&windows->model)->window_count > 1);
-        if (vw_volume_of(&windows->model)->grid.size_bytes > clamp.storage_binding_bytes)
+        assert_true(windows->layout->window_count > 1);
+        if (windows->layout->grid.size_bytes > clamp.storage_binding_bytes)
             assert_int_equal(windows->model.specialization.grid_texel, 1);
         assert_int_equal(windows->model.specialization.wide_gradient, i == 1);
         expect_same(i, windows);
@@ -111,6 +110,65 @@ TEST(the_chunk_size_changes_no_bit) {
         chunked.chunk_samples = chunks[i];
         expect_same(0, step_bench_open(&chunked));
     }
+}
+
+// Other fields and effects; with importance samples both kinds fill whole workgroups, and a picture of several chunks
+// is rendered twice.
+static const struct {
+    struct step_case setup;
+    uint32_t chunk_samples;
+} chunked_cases[] = {
+    {{.name = "mlp", .seed = 320, .field = VW_FIELD_MLP, .mlp_depth = 7, .width = 24, .rays = 60, .samples = 16}, 256},
+    {{.name = "mlp, coarse network",
+      .seed = 320,
+      .field = VW_FIELD_MLP,
+      .mlp_depth = 7,
+      .width = 24,
+      .rays = 60,
+      .samples = 16,
+      .importance_samples = 8,
+      .own_coarse = true},
+     512},
+    {{.name = "transient",
+      .seed = 420,
+      .width = 16,
+      .rays = 64,
+      .samples = 16,
+      .loss = VW_LOSS_L2,
+      .effects = "transient"},
+     256},
+    {{.name = "mlp, transient",
+      .seed = 420,
+      .field = VW_FIELD_MLP,
+      .mlp_depth = 2,
+      .width = 16,
+      .rays = 64,
+      .samples = 16,
+      .loss = VW_LOSS_L2,
+      .effects = "transient"},
+     256},
+    {{.name = "picture, importance samples",
+      .seed = 617,
+      .rays = 100,
+      .samples = 16,
+      .importance_samples = 16,
+      .effects = "appearance_encoder",
+      .consistency_weight = 5.0},
+     256},
+    {{.name = "mlp, picture",
+      .seed = 618,
+      .field = VW_FIELD_MLP,
+      .mlp_depth = 2,
+      .width = 40,
+      .rays = 100,
+      .samples = 16,
+      .effects = "appearance_encoder",
+      .consistency_weight = 5.0},
+     256},
+};
+
+TEST_CASES(nor_in_other_fields_and_effects_does_it, i, VW_ARRAY_COUNT(chunked_cases)) {
+    step_bench_check_chunks(&chunked_cases[i].setup, chunked_cases[i].chunk_samples, STEPS);
 }
 
 static vw_float4 *render(struct step_bench *bench, struct vw_evaluator *evaluator, const struct vw_pixel *pixels,

@@ -74,9 +74,8 @@ TEST_CASES(a_poisoned_step_is_flagged_and_changes_nothing, i, VW_ARRAY_COUNT(poi
     optimised.beta1 = i % 2 ? 0.9 : 0.0;
     struct step_bench *bench = step_bench_open(&optimised);
     poison_params(bench, &poisons[i]);
-    struct vw_buffer *kept[] = {bench->field.params, vw_volume_step_of(&bench->step)->grid_moment1,
-                                vw_volume_step_of(&bench->step)->grid_moment2,
-                                vw_volume_step_of(&bench->step)->grid_visits, bench->step.weight_moments};
+    struct vw_buffer *kept[] = {bench->field.params, bench->volume->grid_moment1, bench->volume->grid_moment2,
+                                bench->volume->grid_visits, bench->step.weight_moments};
     static const char *const names[] = {"params", "moment1", "moment2", "visits", "weight moments"};
     void *before[VW_ARRAY_COUNT(kept)];
     for (size_t k = 0; k < VW_ARRAY_COUNT(kept); k++) before[k] = step_bench_read(bench, kept[k]);
@@ -89,11 +88,10 @@ TEST_CASES(a_poisoned_step_is_flagged_and_changes_nothing, i, VW_ARRAY_COUNT(poi
     uint32_t *scalars = step_bench_read(bench, bench->scalars);
     if (!flags->skipped || !scalars[2])
         fail_msg("%s: %g in matrix %d did not flag the step", bench->where, poisons[i].value, poisons[i].matrix);
-    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
-    for (uint64_t j = 0; j < vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid) / 8; j++)
-        assert_int_equal(words[j], 0);
+    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    for (uint64_t j = 0; j < vw_buffer_size_bytes(bench->volume->d_grid) / 8; j++) assert_int_equal(words[j], 0);
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-    float *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
+    float *samples = step_bench_read(bench, bench->volume->samples);
     check_samples(bench, &poisons[i], rays, samples, true, 2);
 }
 
@@ -183,12 +181,11 @@ TEST(a_weight_gradient_that_is_not_finite_marks_the_step) {
 TEST(rounding_to_a_bfloat_keeps_what_is_not_finite) {
     static const uint32_t poison[] = {0x7FFFFFFFu, 0xFFFFFFFFu, 0x7F800000u, 0xFF800000u};
     struct step_bench *bench = step_bench_open(&step_cases[0]);
-    float *d_samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_samples);
+    float *d_samples = step_bench_read(bench, bench->volume->d_samples);
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) memcpy(&d_samples[4 * i + 3], &poison[i], sizeof poison[i]);
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->d_samples,
+    step_bench_write(bench, bench->volume->d_samples,
                      d_samples); // gradients of the raw density: stored as they come
-    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.field.passes[HASH_BACKWARD], NULL, 0,
-                        bench->padded_samples);
+    step_bench_dispatch(bench, bench->volume->gradient.field.passes[HASH_BACKWARD], NULL, 0, bench->padded_samples);
     float *rows = step_bench_read_rows(bench);
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(poison); i++)
         assert_false(isfinite(step_bench_row(bench, rows, step_bench_rows(bench).d_geo, i)[0]));
@@ -204,7 +201,7 @@ TEST(a_grid_gradient_that_is_not_finite_marks_the_step) {
         struct vw_step_state flags;
         *gradient = poison[i];
         scatter_run(bench, rows, &flags);
-        uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
+        uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
         assert_true(flags.nonfinite != 0);
         *gradient = 0.0f;
         scatter_check(bench, rows, words, flags.clamped);
@@ -239,14 +236,14 @@ TEST(a_loss_that_is_not_finite_marks_the_step) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_gradients(bench, 1);
-    float *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
+    float *samples = step_bench_read(bench, bench->volume->samples);
     samples[0] = NAN; // a colour of the first ray
     for (int poisoned = 0; poisoned < 2; poisoned++) {
         step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-        step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.backward_rays, &push, sizeof push,
+        step_bench_dispatch(bench, bench->volume->gradient.backward_rays, &push, sizeof push,
                             step_bench_lanes(bench, push.ray_count));
         assert_int_equal(is_marked(bench), poisoned); // seen by the passes that follow
-        step_bench_write(bench, vw_volume_step_of(&bench->step)->samples, samples);
+        step_bench_write(bench, bench->volume->samples, samples);
     }
 }
 

@@ -78,9 +78,9 @@ static void check_first_order(const struct opened *opened, const struct vw_in_ru
         ASSERT_OK(vw_gradient_replay_go_to(&gradient_replay, step - 1));
         vw_submission_begin(gradient_replay.replay.submission);
         vw_gradient_replay_record_validation(&gradient_replay, 0);
-        vw_adjoint_record_own_step(&gradient_replay.passes, gradient_replay.replay.submission, step,
-                                   vw_step_replay_draw(&gradient_replay.replay, step, 0), 0);
-        vw_adjoint_record_multiply(&gradient_replay.passes, gradient_replay.replay.submission, false, 0);
+        vw_gradient_replay_record_step(&gradient_replay, step, vw_step_replay_draw(&gradient_replay.replay, step, 0),
+                                       0);
+        vw_gradient_replay_record_multiply(&gradient_replay, false, 0);
         ASSERT_OK(vw_step_replay_run(&gradient_replay.replay));
         gradient_replay.step = step;
         assert_true(test_same_bits(vw_gradient_replay_read(&gradient_replay, 0), credits[step - 1].first_order));
@@ -177,7 +177,7 @@ static void measure_photo(struct vw_gradient_replay *gradient_replay, uint32_t p
     vw_submission_begin(submission);
     uint32_t pixel = vw_step_replay_draw_photo(&gradient_replay->replay, context->photo_order->train_views[photo],
                                                number, 1 + photo, 0);
-    vw_adjoint_record_own_step(&gradient_replay->passes, submission, number, pixel, 0);
+    vw_gradient_replay_record_step(gradient_replay, number, pixel, 0);
     vw_snapshot_record_restore(&gradient_replay->state, submission);
     ASSERT_OK(vw_step_replay_run(&gradient_replay->replay));
     float *before = read_block(gradient_replay->passes.blocks.before, count),
@@ -297,8 +297,8 @@ TEST(influence_knows_the_rates) {
         uint64_t last = gradient_replay.replay.total_steps;
         ASSERT_OK(vw_gradient_replay_go_to(&gradient_replay, last - 1));
         vw_submission_begin(gradient_replay.replay.submission);
-        vw_adjoint_record_own_step(&gradient_replay.passes, gradient_replay.replay.submission, last,
-                                   vw_step_replay_draw(&gradient_replay.replay, last, 0), 0);
+        vw_gradient_replay_record_step(&gradient_replay, last, vw_step_replay_draw(&gradient_replay.replay, last, 0),
+                                       0);
         ASSERT_OK(vw_step_replay_run(&gradient_replay.replay));
         float *before = read_block(gradient_replay.passes.blocks.before, influence.count),
               *after = read_block(gradient_replay.passes.blocks.after, influence.count),

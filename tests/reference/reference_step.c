@@ -2,7 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "train/effects/ray_network.h"
+#include "train/effects/effects.h"
 #include "train/fields/registry.h"
 
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {

@@ -58,16 +58,16 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
     const struct vw_gpu_limits *limits = vw_gpu_get_limits(bench->gpu);
     bool can = c->scatter == SCATTER_WALK ? limits->int64 : limits->int64_atomics;
-    vw_volume_of(&bench->model)->scatter = can ? c->scatter : SCATTER_SPLIT_ATOMICS;
-    s->chunk_samples = c->chunk_samples ? c->chunk_samples
-                                        : vw_model_pad_rays(&bench->model, bench->config.rays) *
-                                              vw_volume_of(&bench->model)->ray_samples;
+    bench->layout->scatter = can ? c->scatter : SCATTER_SPLIT_ATOMICS;
+    s->chunk_samples = c->chunk_samples
+                           ? c->chunk_samples
+                           : vw_model_pad_rays(&bench->model, bench->config.rays) * bench->layout->ray_samples;
     if (c->slice_samples) s->slice_samples = c->slice_samples;
     if (c->slice_parts) s->slice_parts = c->slice_parts;
     if (c->ray_lanes) s->ray_lanes = c->ray_lanes;
     if (c->distortion) s->effect_distortion = c->distortion;
-    s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)vw_volume_of(&bench->model)->row_count,
-                                                   s->chunk_samples) <= vw_gpu_get_limits(bench->gpu)->texel_elements;
+    s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->layout->row_count, s->chunk_samples) <=
+                                          vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
     s->wide_gradient = 1;
     s->gradient_quantum = 0x1p-34f;
@@ -89,10 +89,10 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
           weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
     bench->params = test_allocate(bench->model.param_bytes, 1);
     stop_unless(bench, vw_model_initialise(&bench->model, bench->scene, c->seed, bench->params));
-    size_t grid = vw_volume_of(&bench->model)->grid.size_bytes / sizeof(float),
+    size_t grid = bench->layout->grid.size_bytes / sizeof(float),
            sky = bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.ranges[VW_SLOT_SKY].size_bytes / sizeof(float);
-    for (size_t i = 0; i < 2 * (size_t)vw_volume_of(&bench->model)->pair_count; i++)
+    for (size_t i = 0; i < 2 * (size_t)bench->layout->pair_count; i++)
         bench->params[i] = grid_scale * test_random_next(&random);
     size_t all = bench->model.param_bytes / sizeof(float);
     for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
@@ -139,6 +139,7 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     vw_device_choose(&device, &choices);
     stop_unless(bench, vw_model_create(&bench->config, bench->scene, NULL, 0, verdicts, &choices,
                                        vw_gpu_get_limits(bench->gpu), &bench->model));
+    bench->layout = vw_volume_of(&bench->model);
     bench->padded_samples = vw_model_pad_rays(&bench->model, bench->config.rays) * bench->model.specialization.samples;
     override_model(c, bench);
     make_params(c, bench);
@@ -186,6 +187,7 @@ static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c)
     stop_unless(bench, vw_photo_order_create(bench->scene, NULL, 0, &bench->config, &bench->photo_order));
     stop_unless(bench, vw_step_create(&bench->field, &bench->config, &bench->photo_order, bench->pixel_buffer,
                                       bench->scalars, NULL, &bench->step));
+    bench->volume = vw_volume_step_of(&bench->step);
     stop_unless(bench, vw_submission_create(gpu, &bench->submission));
     step_bench_write_params(bench);
     draw_features(bench);
@@ -233,7 +235,7 @@ uint64_t step_bench_lanes(const struct step_bench *bench, uint32_t rays) {
 }
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {
-    assert_int_equal(vw_volume_step_of(&bench->step)->chunk_rays,
+    assert_int_equal(bench->volume->chunk_rays,
                      bench->step.padded_rays); // so that activations of all samples are left
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, number, 0);
@@ -259,7 +261,7 @@ static bool is_named(const struct vw_pass *pass, const char *name) {
 }
 
 const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, const char *name) {
-    const struct vw_pass *sky = vw_volume_step_of(&bench->step)->gradient.of_rays.gradient_sky;
+    const struct vw_pass *sky = bench->volume->gradient.of_rays.gradient_sky;
     for (uint32_t i = 0; i < bench->model.effect_count; i++)
         for (uint32_t k = 0; k < VW_EFFECT_PASSES_MAX; k++)
             if (is_named(bench->step.effects.sets[i].passes[k], name)) return bench->step.effects.sets[i].passes[k];
@@ -297,7 +299,7 @@ struct reference_step *step_bench_reference(struct step_bench *bench) {
         step_bench_place(bench, ray, reference->places[ray]);
         step_bench_features(bench, ray, reference->features[ray]);
     }
-    reference->sample_places = step_bench_sample_places(bench, vw_volume_step_of(&bench->step)->places);
+    reference->sample_places = step_bench_sample_places(bench, bench->volume->places);
     return reference;
 }
 
@@ -361,11 +363,11 @@ static float from_bfloat(uint16_t half) {
 }
 
 static uint16_t *bfloats_at(const struct step_bench *bench, uint16_t *rows, uint32_t row, uint32_t slot) {
-    return rows + 4 * (size_t)VW_ROW_PLACE(vw_volume_of(&bench->model)->row_count, row, slot);
+    return rows + 4 * (size_t)VW_ROW_PLACE(bench->layout->row_count, row, slot);
 }
 
 static float *grid_row_at(const struct step_bench *bench, float *grid_rows, uint32_t row, uint32_t slot) {
-    return grid_rows + 4 * (size_t)VW_ROW_PLACE(vw_volume_of(&bench->model)->grid_row_count, row, slot);
+    return grid_rows + 4 * (size_t)VW_ROW_PLACE(bench->layout->grid_row_count, row, slot);
 }
 
 // Converts the device's form of one slot to floats; pack_slot() converts back.
@@ -539,7 +541,7 @@ void step_bench_check_chunks(const struct step_case *setup, uint32_t chunk_sampl
     struct step_case chunked = *setup;
     chunked.chunk_samples = chunk_samples;
     struct step_bench *whole = step_bench_open(setup), *parts = step_bench_open(&chunked);
-    assert_true(vw_volume_step_of(&parts->step)->chunk_rays < parts->step.padded_rays);
+    assert_true(parts->volume->chunk_rays < parts->step.padded_rays);
     step_bench_step(whole, number);
     step_bench_step(parts, number);
     float *expected = step_bench_read(whole, whole->field.params),

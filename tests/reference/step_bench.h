@@ -8,7 +8,7 @@
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
 #include "train/effects/appearance_encoder.h"
-#include "train/effects/ray_network.h"
+#include "train/effects/effects.h"
 #include "train/evaluator.h"
 #include "train/photo_order.h"
 #include "train/renderers/volume/volume.h"
@@ -56,6 +56,8 @@ struct step_bench {
     struct vw_radiance_field field;
     struct vw_photo_order photo_order; // over both photos
     struct vw_step_passes step;
+    struct vw_volume_model *layout; // the model's, and the step's part, of the renderer volume
+    struct vw_volume_step *volume;
     struct vw_buffer *pixel_buffer, *scalars;
     struct vw_submission *submission;
     struct vw_evaluator evaluator; // after step_bench_evaluator

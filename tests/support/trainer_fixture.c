@@ -156,15 +156,6 @@ struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw
 
 bool test_same_bits(double a, double b) { return !memcmp(&a, &b, sizeof a); }
 
-void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share) {
-    struct test_run *one = test_run(scene, config, true, 1), *many = test_run(scene, config, true, 7);
-    test_run_assert_same(one, many);
-    double first = one->records[1].train_loss + one->records[2].train_loss,
-           last = one->records[one->count - 1].train_loss + one->records[one->count - 2].train_loss;
-    if (!(last < share * first)) fail_msg("%s: loss %g, at last %g", vw_field_name(config->field), first, last);
-    assert_int_equal(one->stats.nonfinite_steps, 0);
-}
-
 void test_run_assert_same(const struct test_run *a, const struct test_run *b) {
     assert_int_equal(a->count, b->count);
     for (uint32_t i = 0; i < a->count; i++) {

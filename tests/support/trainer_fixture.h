@@ -51,9 +51,6 @@ void test_run_finish(struct vw_trainer *trainer, struct test_run *run);
 struct test_run *test_run_of(struct vw_trainer *trainer);
 
 bool test_same_bits(double a, double b);
-// Asserts that a training has the same bits whatever its submissions, and ends with less than `share` of its first
-// loss.
-void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share);
 // Asserts that rows and params are the same, bit for bit.
 void test_run_assert_same(const struct test_run *a, const struct test_run *b);
 

@@ -1,5 +1,5 @@
-// Decision 11: a run that goes on from a checkpoint, once or after every submission, leaves the rows and params of one
-// that never stopped; files that do not fit are refused and change nothing.
+// Decision 11: a run that goes on from a checkpoint leaves the rows and params of one that never stopped (with every
+// field in test_fields, with effects in test_effect_promises); files that do not fit are refused and change nothing.
 #include "support/cmocka_test.h"
 
 #include "base/file.h"
@@ -7,25 +7,6 @@
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
-
-static struct vw_config configs[] = {{.beta1 = 0.0},
-                                     {.beta1 = 0.9},
-                                     {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
-                                     {.beta1 = 0.9, .effects = "sky"},
-                                     {.effects = "appearance,appearance_code"},
-                                     {.beta1 = 0.9, .effects = "appearance_encoder"},
-                                     {.effects = "appearance_encoder,sky", .consistency_weight = 0.01},
-                                     {.effects = "appearance,sky,visibility"},
-                                     {.effects = "uncertainty"}};
-
-static struct vw_config config_of(size_t index) {
-    struct vw_config config = test_config();
-    config.beta1 = configs[index].beta1;
-    if (configs[index].effects[0]) memcpy(config.effects, configs[index].effects, sizeof config.effects);
-    config.optimizer = configs[index].optimizer;
-    config.consistency_weight = configs[index].consistency_weight;
-    return config;
-}
 
 // Takes submissions until step `until` is handed out, then collects what is in flight.
 static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_run *run) {
@@ -40,12 +21,6 @@ static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_ru
         ASSERT_OK(vw_trainer_collect(trainer, &records, &count));
         test_run_keep(run, records, count);
     } while (count);
-}
-
-TEST_CASES(a_run_in_parts_is_the_run, i, VW_ARRAY_COUNT(configs)) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = config_of(i);
-    test_run_assert_same(test_run(scene, &config, true, 0), test_run_in_parts(scene, &config));
 }
 
 // Collecting breaks the rhythm of two submissions in flight at every step: no bit changes.

@@ -46,7 +46,7 @@ static void copy_range(const struct step_bench *from, const struct vw_param_rang
 static void take_over(const struct step_bench *own, struct step_bench *even) {
     const struct vw_param_range network = vw_visibility_network(&own->model),
                                 even_network = vw_visibility_network(&even->model);
-    copy_range(own, &vw_volume_of(&own->model)->coarse, even, &even->model.weights);
+    copy_range(own, &own->layout->coarse, even, &even->model.weights);
     copy_range(own, &own->model.ranges[VW_SLOT_SKY], even, &even->model.ranges[VW_SLOT_SKY]);
     copy_range(own, &own->model.ranges[VW_SLOT_APPEARANCE], even, &even->model.ranges[VW_SLOT_APPEARANCE]);
     copy_range(own, &network, even, &even_network);
@@ -70,9 +70,8 @@ TEST(its_gradient_is_that_of_a_field_of_even_samples) {
         step_bench_gradients(own, 3);
         step_bench_gradients(even, 3);
         float *d_own = step_bench_read(own, own->step.d_weights), *d_even = step_bench_read(even, even->step.d_weights);
-        check_same_bits(own->where, "gradient of the coarse network",
-                        d_own + 4 * (size_t)vw_volume_of(&own->model)->coarse_column, d_even,
-                        vw_volume_of(&own->model)->coarse.size_bytes);
+        check_same_bits(own->where, "gradient of the coarse network", d_own + 4 * (size_t)own->layout->coarse_column,
+                        d_even, own->layout->coarse.size_bytes);
         test_release(own);
         test_release(even);
     }
@@ -88,10 +87,9 @@ TEST(it_learns_as_a_field_of_even_samples) {
         step_bench_step(even, number);
     }
     float *params = step_bench_read(own, own->field.params), *expected = step_bench_read(even, even->field.params);
-    float *coarse = first_of(params, &vw_volume_of(&own->model)->coarse);
-    check_same_bits(own->where, "coarse network", coarse, expected, vw_volume_of(&own->model)->coarse.size_bytes);
-    assert_memory_not_equal(coarse, first_of(own->params, &vw_volume_of(&own->model)->coarse),
-                            vw_volume_of(&own->model)->coarse.size_bytes);
+    float *coarse = first_of(params, &own->layout->coarse);
+    check_same_bits(own->where, "coarse network", coarse, expected, own->layout->coarse.size_bytes);
+    assert_memory_not_equal(coarse, first_of(own->params, &own->layout->coarse), own->layout->coarse.size_bytes);
 }
 
 // Gradients of the field and of the coarse network at these params, and the step's loss.
@@ -132,7 +130,7 @@ TEST(equal_networks_place_as_one) {
     struct step_case setup = coarse_case(), shared = setup;
     shared.own_coarse = false;
     struct step_bench *two = step_bench_open(&setup), *one = step_bench_open(&shared);
-    copy_range(two, &vw_volume_of(&two->model)->coarse, two, &two->model.weights);
+    copy_range(two, &two->layout->coarse, two, &two->model.weights);
     copy_range(two, &two->model.weights, one, &one->model.weights);
     struct taken of_two = take(two), of_one = take(one);
     check_same_bits(two->where, "loss", of_two.scalars, of_one.scalars, sizeof *of_one.scalars);
@@ -156,13 +154,14 @@ TEST(both_networks_are_drawn) {
     assert_true(drawn > 1000 && equal < 5);
 }
 
+// The first params of the coarse network, or of the field.
 TEST(one_that_is_not_finite_marks_the_step) {
     const struct step_case setup = coarse_case();
     static const float wrong[] = {INFINITY, NAN, 3e38f};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
+    for (size_t i = 0; i < 2 * VW_ARRAY_COUNT(wrong); i++) {
         struct step_bench *bench = step_bench_open(&setup);
-        float *coarse = first_of(bench->params, &vw_volume_of(&bench->model)->coarse);
-        for (uint32_t k = 0; k < 64; k++) coarse[k] = wrong[i];
+        float *first = first_of(bench->params, i % 2 ? &bench->model.weights : &bench->layout->coarse);
+        for (uint32_t k = 0; k < 64; k++) first[k] = wrong[i / 2];
         step_bench_check_skipped(bench, 3);
         test_release(bench);
     }

@@ -5,10 +5,8 @@
 #include <inttypes.h>
 
 #include "base/memory.h"
-#include "detect/decide.h"
 #include "gpu/command_list.h"
 #include "gpu/compute.h"
-#include "image/image.h"
 #include "reference/step_bench.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
@@ -37,17 +35,6 @@ TEST(submissions_of_cheap_steps_stay_small) {
     assert_true(trainer->photo_order.submission_steps_max > 64);
     if (vw_gpu_get_info(test_gpu())->kind == VW_GPU_CPU)
         assert_true(pixel_bytes <= SUBMISSIONS_IN_FLIGHT * sizeof(struct vw_pixel) * 128 * vw_config_default.rays);
-}
-
-// The first error is the same field's.
-TEST(the_length_of_the_loss_changes_the_run) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    config.loss = VW_LOSS_HUBER;
-    struct test_run *usual = test_run(scene, &config, true, 4);
-    config.huber_length = 0.03;
-    struct test_run *shorter = test_run(scene, &config, true, 4);
-    assert_true(usual->records[1].train_loss < shorter->records[1].train_loss);
 }
 
 // Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
@@ -88,29 +75,6 @@ TEST(psnr_means_what_it_says) {
         assert_near(run->records[i].val_l1, l1, 1e-14);
     }
     assert_true(run->records[run->count - 1].val_psnr > run->records[0].val_psnr + 1.0); // it learns
-}
-
-// A validation of every pixel agrees with the PSNR of the rendered view computed here in double.
-TEST(validation_agrees_with_render) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    config.val_rays = TEST_VALS * 24 * 18;
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct test_run *run = test_run_of(trainer);
-    for (uint32_t v = 0; v < TEST_VALS; v++) {
-        const struct vw_image *image = &scene->views[5 + v].image;
-        float *rgb = NULL, rgba[4];
-        double squared = 0.0;
-        ASSERT_OK(vw_trainer_render(trainer, 5 + v, &rgb));
-        for (uint32_t i = 0; i < 24 * 18; i++) {
-            vw_image_pixel(image, i % 24, i / 24, rgba);
-            for (int c = 0; c < 3; c++) squared += pow((double)rgb[3 * i + (uint32_t)c] - rgba[c], 2);
-        }
-        free(rgb);
-        double mse = squared / (3 * 24 * 18);
-        // The GPU subtracts colours in float: each error is rounded to 2^-24 of itself.
-        assert_near(run->views[run->count - 1][v].mse, mse, 1e-6 * mse);
-    }
 }
 
 // Opens a trainer that draws pixels on the device or on the host; `submissions` NULL: with its own.
@@ -351,42 +315,6 @@ TEST(a_perfect_match_is_floored) {
     assert_int_equal(run->records[0].floored_views, TEST_VALS);
     assert_false(run->records[0].nonfinite);
     assert_int_equal(run->stats.floored_steps, run->count);
-}
-
-// Effects follow the evidence and --effects; what a scene does not call for changes no bit.
-TEST(effects_follow_evidence_and_option) {
-    const struct {
-        double k1;
-        bool alpha;
-        const char *choice;
-        bool distortion, background;
-    } cases[] = {
-        {0.0, false, "auto", false, false},      {0.1, false, "auto", true, false},
-        {0.0, true, "auto", false, true},        {0.1, true, "auto", true, true},
-        {0.1, true, "none", false, false},       {0.0, false, "distortion", true, false},
-        {0.1, true, "-background", true, false}, {0.0, true, "+distortion,-background", true, false},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 2,
-                                                                                  .val_views = 1,
-                                                                                  .width_px = 16,
-                                                                                  .height_px = 12,
-                                                                                  .k1 = cases[i].k1,
-                                                                                  .alpha = cases[i].alpha});
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count;
-        ASSERT_OK(vw_effects_find_facts(scene, cases[i].choice, verdicts, &count));
-        assert_true(count >= 2);
-        assert_string_equal(verdicts[0].name, "distortion");
-        assert_int_equal(verdicts[0].on, cases[i].distortion);
-        assert_int_equal(verdicts[1].on, cases[i].background);
-        assert_int_equal(verdicts[0].called_for, cases[i].k1 != 0.0);
-        assert_int_equal(verdicts[1].called_for, cases[i].alpha);
-        assert_int_equal(vw_effects_find_facts(scene, "fog", verdicts, &count), VW_ERROR_USAGE);
-        assert_int_equal(vw_effects_find_facts(scene, "+distortion,background", verdicts, &count), VW_ERROR_USAGE);
-    }
-    const struct vw_config none = test_config_with("none"), automatic = test_config();
-    test_run_assert_same(test_run(test_scene(), &automatic, true, 0), test_run(test_scene(), &none, true, 0));
 }
 
 // --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.

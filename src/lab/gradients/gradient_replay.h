@@ -4,15 +4,17 @@
 
 #include "lab/gradients/gradient_methods.h"
 #include "train/adjoint/adjoint_passes.h"
-#include "train/files/snapshot.h"
+#include "train/files/training_files.h"
 
 struct vw_gradient_replay {
     struct vw_step_replay replay;
     struct vw_adjoint_passes passes; // passes for PSNR alone; two rows for every step of a submission
     struct vw_interrupt interrupt;
-    struct vw_buffer *zeros;  // a block
-    struct vw_snapshot state; // that photos are tried from
-    uint64_t step;            // the last step in the state on the device
+    struct vw_gpu_objects objects; // owned: the next two
+    struct vw_buffer *zeros;       // a block
+    struct vw_pass *multiply;      // the adjoint with a step
+    struct vw_snapshot state;      // that photos are tried from
+    uint64_t step;                 // the last step in the state on the device
 };
 
 enum vw_status vw_gradient_replay_create(const struct vw_gradient_params *params,
@@ -27,7 +29,14 @@ enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *gradient_repl
 void vw_gradient_replay_record_validation(const struct vw_gradient_replay *gradient_replay, uint32_t scalar_row);
 // Sets the adjoint to 0; records.
 void vw_gradient_replay_record_zero(const struct vw_gradient_replay *gradient_replay);
-// Returns a product that vw_adjoint_record_multiply has written; NaN if it was not finite.
+// Takes step `number` and leaves in the blocks the params before and after it and its gradient.
+void vw_gradient_replay_record_step(const struct vw_gradient_replay *gradient_replay, uint64_t number,
+                                    uint32_t first_pixel, uint32_t scalar_row);
+// Writes into a row of the passes the adjoint times what the step in the blocks moved, or times its gradient (x + y; w:
+// not finite).
+void vw_gradient_replay_record_multiply(const struct vw_gradient_replay *gradient_replay, bool by_gradient,
+                                        uint32_t row);
+// Returns a product that this has written; NaN if it was not finite.
 double vw_gradient_replay_read(const struct vw_gradient_replay *gradient_replay, uint32_t row);
 
 // The adjoint times what step `number` would be, were it taken on a photo from the state on the device, and times its

@@ -10,10 +10,10 @@ static void record_steps(const struct vw_gradient_replay *gradient_replay, uint6
     if (first_step == 1) vw_gradient_replay_record_validation(gradient_replay, 0);
     for (uint32_t i = 0; i < count; i++) {
         uint32_t pixel = vw_step_replay_draw(replay, first_step + i, i), row = vw_step_replay_row(replay, i);
-        vw_adjoint_record_own_step(&gradient_replay->passes, replay->submission, first_step + i, pixel, row);
-        vw_adjoint_record_multiply(&gradient_replay->passes, replay->submission, false, 2 * i);
+        vw_gradient_replay_record_step(gradient_replay, first_step + i, pixel, row);
+        vw_gradient_replay_record_multiply(gradient_replay, false, 2 * i);
         vw_gradient_replay_record_validation(gradient_replay, row);
-        vw_adjoint_record_multiply(&gradient_replay->passes, replay->submission, false, 2 * i + 1);
+        vw_gradient_replay_record_multiply(gradient_replay, false, 2 * i + 1);
     }
 }
 

@@ -87,19 +87,50 @@ static enum vw_status find_pull(struct vw_influence *influence) {
     return status;
 }
 
+// Sets the direction. Colours are taken as far forward and backward along it as reduce_adjoint says for directions of
+// its own.
+static enum vw_status set_direction(const struct vw_adjoint_passes *passes, const float *direction) {
+    uint64_t bytes = passes->context->field->model->param_bytes;
+    float *before = vw_allocate(bytes, 1);
+    if (!before) return VW_ERROR_MEMORY;
+    double size = 0.0, along = 0.0;
+    enum vw_status status = vw_buffer_read(passes->blocks.before, 0, before, bytes);
+    for (uint64_t i = 0; i < bytes / sizeof *before; i++) {
+        size += (double)before[i] * before[i];
+        along += (double)direction[i] * direction[i];
+    }
+    free(before);
+    const struct vw_adjoint_state state = {.epsilon = along > 0.0 ? (float)(1e-3 * sqrt(size / along)) : 0.0f};
+    if (!status) status = vw_buffer_write(passes->state, 0, &state, sizeof state);
+    return !status ? vw_buffer_write(passes->direction, 0, direction, bytes) : status;
+}
+
+// Adds to the adjoint the curvature of the mean loss of those pixels times the direction. The random numbers are those
+// of step `number`.
+static void record_curvature(const struct vw_gradient_replay *gradient_replay, uint64_t number, uint32_t first_pixel) {
+    const struct vw_step_passes *step = gradient_replay->replay.context->step;
+    struct vw_submission *submission = gradient_replay->replay.submission;
+    const struct vw_push_rays rays = {.first_pixel = first_pixel,
+                                      .ray_count = vw_step_counted_rays(step, first_pixel),
+                                      .key = vw_model_key_of_step(step->field->model, number)};
+    vw_submission_dispatch(submission, vw_volume_step_of(step)->gradient.of_rays.generate, &rays, sizeof rays,
+                           step->padded_rays);
+    vw_adjoint_record_product(&gradient_replay->passes, submission, &rays);
+}
+
 enum vw_status vw_influence_multiply(struct vw_influence *influence, uint32_t index) {
     struct vw_gradient_replay *gradient_replay = &influence->gradient_replay;
     const struct vw_step_replay *replay = &gradient_replay->replay;
     const struct vw_photo_order *photo_order = replay->context->photo_order;
     uint64_t number = gradient_replay->step + 1 + index; // no step of the training has its draws
     for (uint64_t i = 0; i < influence->count; i++) influence->block[i] = (float)influence->x[i];
-    enum vw_status status = vw_adjoint_set_direction(&gradient_replay->passes, influence->block);
+    enum vw_status status = set_direction(&gradient_replay->passes, influence->block);
     if (status) return status;
     vw_submission_begin(replay->submission);
     uint32_t pixel =
         vw_step_replay_draw_photo(replay, photo_order->train_views[index % photo_order->train_count], number, 0, 0);
     vw_gradient_replay_record_zero(gradient_replay);
-    vw_adjoint_record_curvature(&gradient_replay->passes, replay->submission, number, pixel);
+    record_curvature(gradient_replay, number, pixel);
     status = vw_step_replay_run(replay);
     return !status ? read_adjoint(influence) : status;
 }

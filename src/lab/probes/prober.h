@@ -3,7 +3,7 @@
 #ifndef VIEWWORTH_LAB_PROBES_PROBER_H
 #define VIEWWORTH_LAB_PROBES_PROBER_H
 
-#include "train/files/snapshot.h"
+#include "train/files/training_files.h"
 #include "train/trainer_parts.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"

@@ -200,17 +200,6 @@ static enum vw_status create_adjoint(struct vw_adjoint_passes *backward, struct 
                : status;
 }
 
-static enum vw_status create_multiply(struct vw_adjoint_passes *backward) {
-    const struct vw_binding bindings[] = {
-        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = backward->blocks.before},
-        {.slot = VW_SLOT_PARAMS_AFTER, .buffer = backward->blocks.after},
-        {.slot = VW_SLOT_STEP_GRADIENT, .buffer = backward->blocks.gradient},
-        {.slot = VW_SLOT_ADJOINT, .buffer = backward->adjoint.blocks.lambda},
-        {.slot = VW_SLOT_ADJOINT_SUMS, .buffer = backward->sums},
-    };
-    return create_pass(backward, &vw_shader_multiply_blocks, bindings, VW_ARRAY_COUNT(bindings), &backward->multiply);
-}
-
 // Passes over a step's rays and the block of all params.
 static enum vw_status create_step_passes(struct vw_adjoint_passes *backward) {
     const struct vw_model *model = model_of(backward);
@@ -292,7 +281,6 @@ enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const s
     if (!status) status = create_view_passes(backward);
     if (!status) status = create_gathered(backward, backward->blocks.gradient, &backward->step_gradient);
     if (!status) status = create_adjoint(backward, &backward->adjoint);
-    if (!status) status = create_multiply(backward);
     if (status) vw_adjoint_destroy(backward);
     return status;
 }
@@ -325,9 +313,8 @@ static void record_gather(const struct vw_adjoint_passes *backward, const struct
     if (photos && gathered->codes) vw_submission_dispatch(submission, gathered->codes, &push, sizeof push, 1);
 }
 
-// Records a step as vw_step_record_passes() takes it, with its gradient in a block.
-static void record_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint64_t number,
-                        uint32_t first_pixel, uint32_t scalar_row) {
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
     const struct vw_step_passes *step = backward->context->step;
     vw_step_record_gradients(step, submission, number, first_pixel);
     uint32_t rays = vw_step_counted_rays(step, first_pixel);
@@ -340,17 +327,9 @@ void vw_adjoint_record_stored_step(const struct vw_adjoint_passes *backward, con
                                    struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
                                    uint32_t scalar_row, uint32_t place) {
     vw_stored_steps_record_before(stored, submission, place);
-    record_step(backward, submission, number, first_pixel, scalar_row);
+    vw_adjoint_record_own_step(backward, submission, number, first_pixel, scalar_row);
     vw_stored_steps_record_gradient(stored, submission, backward->blocks.gradient, place);
     vw_stored_steps_record_after(stored, submission, place);
-}
-
-void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
-    uint64_t bytes = model_of(backward)->param_bytes;
-    vw_submission_copy(submission, backward->context->field->params, 0, backward->blocks.before, 0, bytes);
-    record_step(backward, submission, number, first_pixel, scalar_row);
-    vw_submission_copy(submission, backward->context->field->params, 0, backward->blocks.after, 0, bytes);
 }
 
 static void record_copy(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
@@ -464,9 +443,8 @@ static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_su
     vw_submission_dispatch(submission, backward->normalise_step, &push, sizeof push, 1);
 }
 
-// Adds the curvature's product with the direction to the adjoint. The rays are made.
-static void record_product(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                           const struct vw_push_rays *rays) {
+void vw_adjoint_record_product(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                               const struct vw_push_rays *rays) {
     const struct vw_step_passes *step = backward->context->step;
     uint32_t padded = pad(backward, rays->ray_count);
     record_places(backward, submission, rays);
@@ -497,7 +475,7 @@ static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_s
                            step->padded_rays);
     vw_submission_dispatch(submission, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);
     record_reduce(backward, submission, row);
-    record_product(backward, submission, rays);
+    vw_adjoint_record_product(backward, submission, rays);
 }
 
 // Returns those of its rays that the product takes, from the first on.
@@ -517,38 +495,4 @@ void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_
         record_adjoint(backward, submission, &rays, row + i);
         record_copy(backward, submission, &backward->adjoint.blocks, &backward->by_measure[i]);
     }
-}
-
-void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                bool by_gradient, uint32_t row) {
-    const struct vw_push_product push = {.count = block_vectors(backward), .by_gradient = by_gradient};
-    vw_submission_dispatch(submission, backward->multiply, &push, sizeof push, 64ull * VW_ADJOINT_GROUPS);
-    record_reduce(backward, submission, row);
-}
-
-// Sets the direction. Colours are taken as far forward and backward along it as reduce_adjoint says for directions of
-// its own.
-enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward, const float *direction) {
-    uint64_t bytes = model_of(backward)->param_bytes;
-    float *before = vw_allocate(bytes, 1);
-    if (!before) return VW_ERROR_MEMORY;
-    double size = 0.0, along = 0.0;
-    enum vw_status status = vw_buffer_read(backward->blocks.before, 0, before, bytes);
-    for (uint64_t i = 0; i < bytes / sizeof *before; i++) {
-        size += (double)before[i] * before[i];
-        along += (double)direction[i] * direction[i];
-    }
-    free(before);
-    const struct vw_adjoint_state state = {.epsilon = along > 0.0 ? (float)(1e-3 * sqrt(size / along)) : 0.0f};
-    if (!status) status = vw_buffer_write(backward->state, 0, &state, sizeof state);
-    return !status ? vw_buffer_write(backward->direction, 0, direction, bytes) : status;
-}
-
-void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                 uint64_t number, uint32_t first_pixel) {
-    const struct vw_step_passes *step = backward->context->step;
-    const struct vw_push_rays rays = rays_of_step(backward, number, first_pixel);
-    vw_submission_dispatch(submission, vw_volume_step_of(step)->gradient.of_rays.generate, &rays, sizeof rays,
-                           step->padded_rays);
-    record_product(backward, submission, &rays);
 }

@@ -50,7 +50,6 @@ struct vw_adjoint_passes {
     struct vw_field_passes forward;                // for colours forward and backward along it: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;
     struct vw_pass *normalise_step, *slope_views, *normalise_views;
-    struct vw_pass *multiply;         // the adjoint with a step
     struct vw_gathered step_gradient; // writes blocks.gradient
     struct vw_adjoint adjoint;
     struct vw_adjoint_blocks *by_measure; // owned
@@ -82,10 +81,6 @@ void vw_adjoint_record_stored_step(const struct vw_adjoint_passes *backward, con
                                    struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
                                    uint32_t scalar_row, uint32_t place);
 
-// Takes step `number` and leaves in the blocks the params before and after it and its gradient.
-void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                uint64_t number, uint32_t first_pixel, uint32_t scalar_row);
-
 // Adds U's gradient at the state after the step that is loaded to the adjoints, U being 1 / `states` of it.
 void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                              uint32_t scalar_row, uint32_t states);
@@ -94,16 +89,15 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
 void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint64_t number,
                             uint32_t first_pixel, uint32_t row);
 
-// Writes into that row the adjoint times what the step in the blocks moved, or times its gradient (x + y; w: not
-// finite).
-void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                bool by_gradient, uint32_t row);
+// ---- For methods that go forwards, too (lab/gradients/)
+// --------------------------------------------------------------
 
-// Gives a direction: a float for every param.
-enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward, const float *direction);
-// Adds to the adjoint the curvature of the mean loss of those pixels, at the params `before` in the blocks, times that
-// direction. The random numbers are those of step `number`.
-void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
-                                 uint64_t number, uint32_t first_pixel);
+// Takes step `number` as vw_step_record_passes() does, which gives the same bits, and leaves its gradient in the block.
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                uint64_t number, uint32_t first_pixel, uint32_t scalar_row);
+// Adds to the adjoint the curvature of the loss of these rays, which are made, at the params `before` in the blocks,
+// times the direction.
+void vw_adjoint_record_product(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                               const struct vw_push_rays *rays);
 
 #endif

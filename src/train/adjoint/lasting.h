@@ -7,7 +7,7 @@
 
 #include "train/adjoint/adjoint_passes.h"
 #include "train/adjoint/step_replay.h"
-#include "train/files/snapshot.h"
+#include "train/files/training_files.h"
 
 enum { VW_LASTING_EPOCHS = 4, VW_LASTING_STATES = 32 }; // U: at most so many states, evenly spread over the last epochs
 

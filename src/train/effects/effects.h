@@ -3,6 +3,7 @@
 #define VIEWWORTH_TRAIN_EFFECTS_EFFECTS_H
 
 #include "train/effects/kind.h"
+#include "train/model.h"
 #include "train/passes.h"
 
 // ---- Of a model ----
@@ -29,6 +30,10 @@ struct vw_radiance_field;
 // Measures the corrections of these views' cameras by the effect pose, 0 without it.
 enum vw_status vw_pose_measure(const struct vw_radiance_field *field, const uint32_t *views, uint32_t count,
                                struct vw_camera_corrections *corrections);
+
+// Returns the range of params of the network of the effect visibility or uncertainty, empty without the effect.
+struct vw_param_range vw_visibility_network(const struct vw_model *model);
+struct vw_param_range vw_uncertainty_network(const struct vw_model *model);
 
 // ---- Buffers and passes ----
 

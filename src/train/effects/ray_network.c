@@ -11,7 +11,7 @@
 // On-the-go, shaders/effects/uncertainty/uncertainty.glsl). The host computes the features of the pixels that it draws
 // (scene/features.h) and uploads them beside these. Its passes are variants of those of visibility, whose slots they
 // take.
-#include "train/effects/ray_network.h"
+#include "train/effects/effects.h"
 
 #include <stdlib.h>
 #include <string.h>

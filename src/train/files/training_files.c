@@ -80,7 +80,7 @@ enum vw_status vw_checkpoint_load(const char *path, const uint8_t run_id[VW_HASH
 static const char field_magic[] = "viewworth field 1\n", field_remedy[] = "train again with viewworth train";
 
 // Describes a field by the config's identity, the box and the effects that are on; the caller owns the text.
-static char *describe(const struct vw_trained_field *trained) {
+static char *describe(const struct vw_trainer_parts *trained) {
     const struct vw_model *model = trained->field->model;
     const struct vw_box *box = &model->box;
     char *identity = vw_config_to_json(trained->config, true);
@@ -100,7 +100,7 @@ static char *describe(const struct vw_trained_field *trained) {
     return text;
 }
 
-enum vw_status vw_field_file_save(const char *path, const struct vw_trained_field *trained) {
+enum vw_status vw_field_file_save(const char *path, const struct vw_trainer_parts *trained) {
     char *description = describe(trained);
     const struct vw_buffer_list params = {&trained->field->params, 1};
     enum vw_status status =
@@ -118,7 +118,7 @@ enum vw_status vw_field_file_open(const char *path, const char *description, uin
                    field_remedy);
 }
 
-enum vw_status vw_field_file_load(const char *path, const struct vw_trained_field *trained) {
+enum vw_status vw_field_file_load(const char *path, const struct vw_trainer_parts *trained) {
     struct vw_hashed_file file;
     char *description = describe(trained);
     if (!description) return VW_ERROR_MEMORY;
@@ -128,4 +128,31 @@ enum vw_status vw_field_file_load(const char *path, const struct vw_trained_fiel
     status = vw_hashed_file_load(&file, &(struct vw_buffer_list){&trained->field->params, 1});
     vw_hashed_file_close(&file);
     return status;
+}
+
+// ---- Snapshots ----------------------------------------------------------------------------------------------------
+
+enum vw_status vw_snapshot_create(const struct vw_step_passes *step, struct vw_snapshot *snapshot) {
+    enum vw_status status = VW_OK;
+    snapshot->objects.gpu = step->field->gpu;
+    snapshot->count = vw_step_training_state(step, snapshot->state);
+    for (uint32_t i = 0; i < snapshot->count && !status; i++) {
+        const struct vw_buffer_row copy = {&snapshot->copies[i], "snapshot", vw_buffer_size_bytes(snapshot->state[i])};
+        status = vw_buffers_create(&snapshot->objects, VW_BUFFER_DEVICE, &copy, 1);
+    }
+    return status;
+}
+
+void vw_snapshot_destroy(struct vw_snapshot *snapshot) { vw_gpu_objects_destroy(&snapshot->objects); }
+
+void vw_snapshot_record_save(const struct vw_snapshot *snapshot, struct vw_submission *submission) {
+    for (uint32_t i = 0; i < snapshot->count; i++)
+        vw_submission_copy(submission, snapshot->state[i], 0, snapshot->copies[i], 0,
+                           vw_buffer_size_bytes(snapshot->copies[i]));
+}
+
+void vw_snapshot_record_restore(const struct vw_snapshot *snapshot, struct vw_submission *submission) {
+    for (uint32_t i = 0; i < snapshot->count; i++)
+        vw_submission_copy(submission, snapshot->copies[i], 0, snapshot->state[i], 0,
+                           vw_buffer_size_bytes(snapshot->copies[i]));
 }

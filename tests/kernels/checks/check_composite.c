@@ -282,7 +282,7 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     struct inputs in = make_inputs(bench, kind, bench->step.padded_rays);
     struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, in.rays);
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->samples, in.field);
+    step_bench_write(bench, bench->volume->samples, in.field);
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
     float *visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
@@ -290,13 +290,13 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
                             : NULL;
     for (uint32_t ray = 0; visibility && ray < in.ray_count; ray++) visibility[2 * ray] = visible_of(ray);
     if (visibility) step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY], visibility);
-    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.backward_rays, &push, sizeof push,
+    step_bench_dispatch(bench, bench->volume->gradient.backward_rays, &push, sizeof push,
                         step_bench_lanes(bench, push.ray_count));
     visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
                      ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY])
                      : NULL;
     float *losses = step_bench_read(bench, bench->step.ray_loss);
-    vw_float4 *d_field = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_samples);
+    vw_float4 *d_field = step_bench_read(bench, bench->volume->d_samples);
     vw_float4 *d_sky = bench->step.effect_buffers[VW_SLOT_D_SKY]
                            ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_SKY])
                            : NULL;

@@ -131,8 +131,7 @@ static void check_training_sample(const struct step_bench *bench, const struct r
 static void check_training(struct step_bench *bench, const struct reference *reference) {
     step_bench_gradients(bench, STEP);
     struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read_rows(bench),
-                          step_bench_read(bench, vw_volume_step_of(&bench->step)->samples),
-                          step_bench_read_active(bench)};
+                          step_bench_read(bench, bench->volume->samples), step_bench_read_active(bench)};
     for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
         check_training_sample(bench, reference, &out, sample);
 }
@@ -180,8 +179,8 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
     float *params = test_allocate(bench->model.param_bytes, 1);
     memcpy(params, bench->params, bench->model.param_bytes);
     if (kind == INPUT_ORDINARY) return params;
-    size_t features = 2 * (size_t)vw_volume_of(&bench->model)->pair_count,
-           rest = (bench->model.param_bytes - vw_volume_of(&bench->model)->grid.size_bytes) / sizeof *params;
+    size_t features = 2 * (size_t)bench->layout->pair_count,
+           rest = (bench->model.param_bytes - bench->layout->grid.size_bytes) / sizeof *params;
     input_fill(kind, &random, params, features);
     if (kind == INPUT_ZERO || kind == INPUT_NEGATIVE_ZERO)
         input_fill(kind, &random, params + bench->model.weights.offset_bytes / sizeof *params, rest);
@@ -211,7 +210,7 @@ void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     float *params = make_params(bench, kind);
     struct reference reference = {.params = reference_params_create(&bench->model, params)};
     reference_matrices(s, &reference.params->weights, reference.matrices);
-    reference.grid_largest = largest(reference.params->grid, 2 * (size_t)vw_volume_of(&bench->model)->pair_count);
+    reference.grid_largest = largest(reference.params->grid, 2 * (size_t)bench->layout->pair_count);
     step_bench_write(bench, bench->field.params, params);
     mix(bench, &reference, 1.0);
     check_training(bench, &reference);

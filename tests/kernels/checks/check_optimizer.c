@@ -16,29 +16,29 @@ enum { UPDATES = 4 };
 struct grid_state grid_read(struct step_bench *bench) {
     bool momentum = bench->model.specialization.momentum;
     return (struct grid_state){step_bench_read(bench, bench->field.params),
-                               momentum ? step_bench_read(bench, vw_volume_step_of(&bench->step)->grid_moment1) : NULL,
-                               step_bench_read(bench, vw_volume_step_of(&bench->step)->grid_moment2),
-                               step_bench_read(bench, vw_volume_step_of(&bench->step)->grid_visits)};
+                               momentum ? step_bench_read(bench, bench->volume->grid_moment1) : NULL,
+                               step_bench_read(bench, bench->volume->grid_moment2),
+                               step_bench_read(bench, bench->volume->grid_visits)};
 }
 
 static uint64_t pack_pair(int64_t first, int64_t second) { return (uint64_t)first + ((uint64_t)second << 32); }
 
 void grid_write_gradient(struct step_bench *bench, const int64_t *quanta) {
-    uint64_t pairs = vw_volume_of(&bench->model)->pair_count;
+    uint64_t pairs = bench->layout->pair_count;
     uint64_t *words = test_allocate(2 * pairs, sizeof *words);
     for (uint64_t i = 0; i < 2 * pairs; i++) {
         if (bench->model.specialization.wide_gradient) words[i] = (uint64_t)quanta[i];
         else words[i / 2] = pack_pair(quanta[i / 2 * 2], quanta[i / 2 * 2 + 1]);
     }
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->d_grid, words);
+    step_bench_write(bench, bench->volume->d_grid, words);
 }
 
 void grid_update(struct step_bench *bench, uint32_t number) {
-    struct vw_push_update push = {.count = vw_volume_of(&bench->model)->windows[0].pair_count,
+    struct vw_push_update push = {.count = bench->layout->windows[0].pair_count,
                                   .step_low = number,
                                   .adam = vw_adam_of(&bench->model.specialization)};
-    assert_int_equal(vw_volume_of(&bench->model)->window_count, 1);
-    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->update_grid[0], &push, sizeof push, push.count);
+    assert_int_equal(bench->layout->window_count, 1);
+    step_bench_dispatch(bench, bench->volume->update_grid[0], &push, sizeof push, push.count);
 }
 
 static int64_t draw_quanta(enum input_kind kind, struct test_random *random, bool wide) {
@@ -57,7 +57,7 @@ static int64_t draw_quanta(enum input_kind kind, struct test_random *random, boo
 // Draws a gradient with a third of the pairs silent and some others with one silent feature.
 static void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
                                  int64_t *quanta) {
-    for (uint64_t i = 0; i < 2 * (uint64_t)vw_volume_of(&bench->model)->pair_count; i++) {
+    for (uint64_t i = 0; i < 2 * (uint64_t)bench->layout->pair_count; i++) {
         quanta[i] = draw_quanta(kind, random, bench->model.specialization.wide_gradient);
         if (i / 2 % 3 == 1 || i % 17 == 3) quanta[i] = 0;
     }
@@ -122,23 +122,23 @@ static void check_pair(const struct step_bench *bench, const int64_t *quanta, ui
 }
 
 static void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t number) {
-    uint64_t features = 2 * (uint64_t)vw_volume_of(&bench->model)->pair_count;
+    uint64_t features = 2 * (uint64_t)bench->layout->pair_count;
     struct grid_state before = grid_read(bench), expected = grid_read(bench);
     grid_write_gradient(bench, quanta);
     grid_update(bench, number);
     struct grid_state after = grid_read(bench);
-    for (uint64_t pair = 0; pair < vw_volume_of(&bench->model)->pair_count; pair++) {
+    for (uint64_t pair = 0; pair < bench->layout->pair_count; pair++) {
         double moved[2];
         expect_pair(bench, quanta, number, pair, &expected, moved);
         check_pair(bench, quanta, pair, &before, &expected, moved, &after);
     }
     check_same_bits(bench->where, "weights", after.grid + features, before.grid + features,
-                    bench->model.param_bytes - vw_volume_of(&bench->model)->grid.size_bytes);
+                    bench->model.param_bytes - bench->layout->grid.size_bytes);
 }
 
 static void grid_check_cleared(struct step_bench *bench) {
-    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
-    for (uint64_t i = 0; i < vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid) / 8; i++)
+    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    for (uint64_t i = 0; i < vw_buffer_size_bytes(bench->volume->d_grid) / 8; i++)
         if (words[i]) fail_msg("%s: gradient word %llu was not cleared", bench->where, (unsigned long long)i);
 }
 
@@ -152,9 +152,9 @@ static void write_drawn(struct step_bench *bench, struct vw_buffer *buffer, enum
 }
 
 static void write_visits(struct step_bench *bench, uint32_t visits) {
-    uint32_t *values = test_allocate(vw_volume_of(&bench->model)->pair_count, sizeof *values);
-    for (uint32_t i = 0; i < vw_volume_of(&bench->model)->pair_count; i++) values[i] = visits;
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->grid_visits, values);
+    uint32_t *values = test_allocate(bench->layout->pair_count, sizeof *values);
+    for (uint32_t i = 0; i < bench->layout->pair_count; i++) values[i] = visits;
+    step_bench_write(bench, bench->volume->grid_visits, values);
 }
 
 // Returns the number of steps before the first: none, some, or nearly 2^31 - 1, where the host's count saturates.
@@ -164,12 +164,12 @@ static uint32_t steps_before(enum input_kind kind) {
 
 void check_update_grid(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed};
-    int64_t *quanta = test_allocate(2 * (size_t)vw_volume_of(&bench->model)->pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->layout->pair_count, sizeof *quanta);
     enum input_kind moments = kind == INPUT_ORDINARY ? INPUT_ZERO : kind;
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    write_drawn(bench, vw_volume_step_of(&bench->step)->grid_moment1, moments, &random, false);
-    write_drawn(bench, vw_volume_step_of(&bench->step)->grid_moment2, moments, &random, true);
+    write_drawn(bench, bench->volume->grid_moment1, moments, &random, false);
+    write_drawn(bench, bench->volume->grid_moment2, moments, &random, true);
     write_visits(bench, steps_before(kind) +
                             (kind == INPUT_SATURATING) * UPDATES / 2); // and so does the device's, here half-way
     for (uint32_t i = 1; i <= UPDATES; i++) {
@@ -207,7 +207,7 @@ static void weights_check_update(struct step_bench *bench, const float *d_weight
             check_value(bench->where, "weight moment2", i, moments[count + i], moment2,
                         MOMENT_TOLERANCE * moment2 + 2.0 * FLOAT_LEAST);
     }
-    check_same_bits(bench->where, "grid", after, before, vw_volume_of(&bench->model)->grid.size_bytes);
+    check_same_bits(bench->where, "grid", after, before, bench->layout->grid.size_bytes);
 }
 
 // Writes moments of the kind, of which the second are not below 0. For ordinary inputs all are 0, as before the first

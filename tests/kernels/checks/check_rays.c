@@ -49,8 +49,7 @@ struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_push_rays push = {.ray_count = bench->config.rays, .key = vw_model_key_of_step(&bench->model, STEP)};
     step_bench_write(bench, bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
-    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.of_rays.generate, &push, sizeof push,
-                        bench->step.padded_rays);
+    step_bench_dispatch(bench, bench->volume->gradient.of_rays.generate, &push, sizeof push, bench->step.padded_rays);
     return step_bench_read(bench, bench->step.ray_buffer);
 }
 

@@ -43,8 +43,8 @@ float *scatter_rows(const struct step_bench *bench, enum input_kind kind) {
 }
 
 static void clear_gradient(struct step_bench *bench) {
-    void *zeros = test_allocate(vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid), 1);
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->d_grid, zeros);
+    void *zeros = test_allocate(vw_buffer_size_bytes(bench->volume->d_grid), 1);
+    step_bench_write(bench, bench->volume->d_grid, zeros);
 }
 
 void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *flags) {
@@ -53,7 +53,7 @@ void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *fl
     step_bench_write_rows(bench, rows);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     vw_submission_begin(bench->submission);
-    vw_hash_record_scatter(&bench->model, &vw_volume_step_of(&bench->step)->gradient.field, bench->submission, samples);
+    vw_hash_record_scatter(&bench->model, &bench->volume->gradient.field, bench->submission, samples);
     step_bench_submit(bench);
     struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
     *flags = *after;
@@ -90,7 +90,7 @@ static void expect_sample(const struct step_bench *bench, const float *rows, uin
 }
 
 void scatter_check(const struct step_bench *bench, const float *rows, const uint64_t *words, uint32_t clamped) {
-    uint64_t features = 2 * (uint64_t)vw_volume_of(&bench->model)->pair_count;
+    uint64_t features = 2 * (uint64_t)bench->layout->pair_count;
     struct expected expected = {test_allocate(features, sizeof(double)), test_allocate(features, sizeof(double)),
                                 test_allocate(features, sizeof(double)), 0};
     int64_t *quanta = test_allocate(features, sizeof *quanta);
@@ -106,7 +106,7 @@ void check_scatter_grid(struct step_bench *bench, enum input_kind kind) {
     float *rows = scatter_rows(bench, kind);
     struct vw_step_state flags;
     scatter_run(bench, rows, &flags);
-    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
+    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
     assert_int_equal(flags.nonfinite, 0);
     scatter_check(bench, rows, words, flags.clamped);
     if (kind == INPUT_ORDINARY || kind == INPUT_SATURATING) assert_true(flags.clamped > 0);

@@ -13,16 +13,15 @@ static uint32_t slice_count(const struct step_bench *bench) {
 static void run_gradient_weights(struct step_bench *bench, float *rows) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_write_rows(bench, rows);
-    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.field.passes[HASH_GRADIENT], &push,
-                        sizeof push,
-                        (uint64_t)slice_count(bench) * vw_volume_of(&bench->model)->weight_tiles *
+    step_bench_dispatch(bench, bench->volume->gradient.field.passes[HASH_GRADIENT], &push, sizeof push,
+                        (uint64_t)slice_count(bench) * bench->layout->weight_tiles *
                             bench->model.specialization.slice_parts);
 }
 
 static void run_reduce_weights(struct step_bench *bench, uint32_t first_ray) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     push.first_ray = first_ray;
-    step_bench_dispatch(bench, vw_volume_step_of(&bench->step)->gradient.field.passes[HASH_REDUCE], &push, sizeof push,
+    step_bench_dispatch(bench, bench->volume->gradient.field.passes[HASH_REDUCE], &push, sizeof push,
                         bench->model.weight_columns);
 }
 
@@ -88,7 +87,7 @@ void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {
     float *rows = step_bench_new_rows(bench, &count);
     input_fill(kind, &random, rows, count);
     run_gradient_weights(bench, rows);
-    float *partials = step_bench_read(bench, vw_volume_step_of(&bench->step)->weight_partials);
+    float *partials = step_bench_read(bench, bench->volume->weight_partials);
     for (uint32_t slice = 0; slice < slice_count(bench); slice++)
         check_slice(bench, rows, slice, partials + 4 * columns * slice);
 }
@@ -102,7 +101,7 @@ void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 2};
     float *partials = test_allocate(weights * slices, sizeof *partials);
     input_fill(kind, &random, partials, weights * slices);
-    step_bench_write(bench, vw_volume_step_of(&bench->step)->weight_partials, partials);
+    step_bench_write(bench, bench->volume->weight_partials, partials);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     for (uint32_t chunk = 0; chunk < 2; chunk++) {
         run_reduce_weights(bench, chunk * bench->step.padded_rays);

@@ -55,9 +55,9 @@ static void mask(struct step_bench *bench) {
 }
 
 static void take_gradients(struct step_bench *bench) {
-    if (vw_volume_step_of(&bench->step)->d_grid) {
-        void *zeros = test_allocate(vw_buffer_size_bytes(vw_volume_step_of(&bench->step)->d_grid), 1);
-        step_bench_write(bench, vw_volume_step_of(&bench->step)->d_grid, zeros);
+    if (bench->volume->d_grid) {
+        void *zeros = test_allocate(vw_buffer_size_bytes(bench->volume->d_grid), 1);
+        step_bench_write(bench, bench->volume->d_grid, zeros);
     }
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, STEP, 0);
@@ -78,7 +78,7 @@ static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
     const struct vw_specialization *s = &bench->model.specialization;
     const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP);
     struct vw_ray *rays = step_bench_read(bench, it->rays);
-    vw_float4 *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
+    vw_float4 *samples = step_bench_read(bench, bench->volume->samples);
     struct reference_point *points = test_allocate(s->samples, sizeof *points);
     double sky[VW_SKY_COLUMNS][3];
     reference_sky_read(&bench->model, bench->params, sky);
@@ -209,8 +209,8 @@ static double *read_gradient(struct step_bench *bench) {
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     for (size_t i = 0; i < 4 * (size_t)model->moved_columns; i++)
         gradient[model->weights.offset_bytes / sizeof(float) + i] = d_weights[i];
-    if (!vw_volume_step_of(&bench->step)->d_grid) return gradient;
-    uint64_t *words = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_grid);
+    if (!bench->volume->d_grid) return gradient;
+    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
     int64_t *quanta = test_allocate(features, sizeof *quanta);
     reference_unpack_grid(model, words, quanta);
     for (size_t i = 0; i < features; i++)
@@ -257,19 +257,6 @@ TEST_CASES(it_is_added_to_the_step, i, VW_ARRAY_COUNT(cases)) {
         differing += one[k] != both[k];
     }
     assert_true(differing > count / 10);
-}
-
-// A picture of several chunks, which is rendered twice.
-TEST(chunks_change_no_bit) {
-    static const size_t chosen[] = {0, 5, 6};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(chosen); i++) {
-        struct step_case setup = cases[chosen[i]];
-        setup.rays = 100;
-        setup.another_effect = "appearance_encoder";
-        setup.consistency_weight = WEIGHT;
-        struct step_bench *whole = step_bench_open(&setup);
-        step_bench_check_chunks(&setup, whole->model.ray_group * vw_volume_of(&whole->model)->ray_samples, STEP);
-    }
 }
 
 // A step's samples and a picture's may all fall into one entry of the grid.

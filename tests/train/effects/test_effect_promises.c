@@ -93,8 +93,8 @@ TEST(bits_do_not_depend_on_submissions_or_parts) {
         {"visibility,appearance,sky", VW_FIELD_HASH, 60, 3, 0.9, 0, VW_LOSS_HUBER, 0, false},
         {"uncertainty", VW_FIELD_HASH, 60, 3, 0, 0, VW_LOSS_L1, 0, true},
         {"uncertainty,appearance,sky", VW_FIELD_HASH, 1200, 3, 0.9, 0, VW_LOSS_HUBER, 0, false},
+        {"appearance_encoder,sky", VW_FIELD_HASH, 60, 3, 0, 0.01, VW_LOSS_L2, 0, true},
         {"appearance_encoder,uncertainty", VW_FIELD_MLP, 60, 3, 0.9, 0.01, VW_LOSS_L2, 8, false},
-        {"appearance_encoder", VW_FIELD_HASH, 60, 3, 0, 0.01, VW_LOSS_L2, 0, false},
         {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0, VW_LOSS_L2, 8, false, true},
         {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0.01, VW_LOSS_L2, 8, false},
     };

@@ -53,8 +53,7 @@ static void nothing_visible(struct hard_finding *finding) {
             struct hard_state state = hard_state_read(bench);
             double cost = reference_size_weight(&bench->model.specialization, number) * pixels;
             hard_compare(finding, "penalty of leaving all out", number, state.scalars.x, cost, cost, 1e-5);
-            hard_same_bits(finding, "the field's grid", state.grid.grid, bench->params,
-                           vw_volume_of(&bench->model)->grid.size_bytes);
+            hard_same_bits(finding, "the field's grid", state.grid.grid, bench->params, bench->layout->grid.size_bytes);
         }
         test_release(bench);
     }

@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "hard_cases/hard_step.h"
-#include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
@@ -230,27 +229,4 @@ TEST(validation_knows_no_form_of_the_background) {
     assert_memory_equal(runs[0]->views[0], runs[1]->views[0], sizeof runs[0]->views[0]); // both untrained
     assert_false(test_same_bits(runs[0]->records[1].train_loss, runs[1]->records[1].train_loss));
     test_run_assert_same(runs[1], test_run(scene, &forms[1], true, 7));
-}
-
-// The field's file holds the sky, and is refused where there is none.
-TEST(a_field_keeps_its_sky) {
-    char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "field.vwf");
-    struct vw_scene *scene = test_scene();
-    struct vw_config with = config_with("sky", VW_BACKGROUND_FIXED), without = config_with("none", VW_BACKGROUND_FIXED);
-    struct test_run *run = test_allocate(1, sizeof *run);
-    struct vw_trainer *trainer = test_trainer_create(scene, &with, true, 0),
-                      *loaded = test_trainer_create(scene, &with, true, 0);
-    float *trained = NULL, *again = NULL;
-    test_run_finish(trainer, run);
-    ASSERT_OK(vw_trainer_render(trainer, 5, &trained));
-    ASSERT_OK(vw_trainer_save_field(trainer, path));
-    ASSERT_OK(vw_trainer_load_field(loaded, path));
-    ASSERT_OK(vw_trainer_render(loaded, 5, &again));
-    assert_memory_equal(trained, again, 3 * 24 * 18 * sizeof(float));
-    loaded = test_trainer_create(scene, &without, true, 0);
-    assert_int_equal(vw_trainer_load_field(loaded, path), VW_ERROR_INPUT);
-    free(trained);
-    free(again);
-    temporary_folder_remove(folder);
 }

@@ -116,7 +116,7 @@ static void read_samples(struct transient_step *step) {
     const struct vw_specialization *s = &bench->model.specialization;
     bool hash = bench->config.field == VW_FIELD_HASH;
     float *rows = step_bench_read(bench, hash ? bench->field.head_rows : bench->field.rows);
-    vw_float4 *samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->samples);
+    vw_float4 *samples = step_bench_read(bench, bench->volume->samples);
     struct reference_mlp mlp;
     reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
     // The features of the field mlp follow encodings, trunk and density.
@@ -249,7 +249,7 @@ static void check_rays(struct transient_step *step, size_t c) {
     struct step_bench *bench = step->bench;
     const struct vw_specialization *s = &bench->model.specialization;
     float *losses = step_bench_read(bench, bench->step.ray_loss),
-          *d_samples = step_bench_read(bench, vw_volume_step_of(&bench->step)->d_samples),
+          *d_samples = step_bench_read(bench, bench->volume->d_samples),
           *d_rows = step_bench_read(bench, bench->field.d_rows);
     vw_float4 *scalars = step_bench_read(bench, bench->scalars);
     double(*slopes)[SLOPES] = test_allocate(step->sample_count, sizeof *slopes), most[SLOPES] = {0};
@@ -430,21 +430,7 @@ TEST_CASES(steps_match_differences, c, VW_ARRAY_COUNT(cases)) {
     check_code_moves(bench);
 }
 
-// ---- Chunks, and what is not finite ---------------------------------------------------------------------------------
-
-TEST(the_bits_do_not_depend_on_the_chunk) {
-    for (enum vw_field field = 0; field < VW_FIELD_SPLATS; field++) // splats have no transients
-        step_bench_check_chunks(&(const struct step_case){.name = "chunks",
-                                                          .seed = 420,
-                                                          .field = field,
-                                                          .width = 16,
-                                                          .rays = 64,
-                                                          .samples = 16,
-                                                          .mlp_depth = field == VW_FIELD_MLP ? 2 : 0,
-                                                          .loss = VW_LOSS_L2,
-                                                          .effects = "transient"},
-                                256, STEP);
-}
+// ---- What is not finite ---------------------------------------------------------------------------------------------
 
 TEST(what_is_not_finite_marks_the_step) {
     for (int infinite = 0; infinite < 2; infinite++) {
