@@ -15,12 +15,12 @@ static char *name_root(void) {
     return home && *home == '/' ? vw_format_text("%s/.cache/viewworth", home) : NULL;
 }
 
-// Returns whether the folder is there, this user owns it, and no one else may write to it. Warns once: a folder of
+// Returns whether the folder can be read, this user owns it, and no one else may write to it. Warns once: a folder of
 // somebody else is met for each file in it.
 static bool is_ours(const char *folder) {
     static atomic_flag warned = ATOMIC_FLAG_INIT;
     struct stat info;
-    if (stat(folder, &info) || !S_ISDIR(info.st_mode)) return false;
+    if (access(folder, R_OK | X_OK) || stat(folder, &info) || !S_ISDIR(info.st_mode)) return false;
     if (info.st_uid == geteuid() && !(info.st_mode & (S_IWGRP | S_IWOTH))) return true;
     if (!atomic_flag_test_and_set(&warned))
         vw_log_warning("%s: is not used, because another user owns it or may write to it; remove it, or name another "

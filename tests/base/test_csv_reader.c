@@ -54,10 +54,16 @@ FOLDER_TEST(records_are_read) {
     }
 }
 
+static enum vw_status read_whole(const char *path) {
+    AUTO(vw_csv_close) struct vw_csv csv;
+    bool found = true;
+    enum vw_status status = vw_csv_open(path, 1 << 20, &csv);
+    while (!status && found) status = vw_csv_next(&csv, &found);
+    return status;
+}
+
 FOLDER_TEST(broken_records_are_refused) {
-    static const struct {
-        const char *text, *said;
-    } cases[] = {
+    static const struct refused_text cases[] = {
         {"a\nb,\"c\n", "a.csv:2: a quote is not closed"},
         {"a\n\"b\n\n\nc", "a.csv:2: a quote is not closed"}, // where it begins
         {"\"a\"b,c\n", "a.csv:1: text follows a closing quote"},
@@ -66,13 +72,7 @@ FOLDER_TEST(broken_records_are_refused) {
         {"\"", "a.csv:1: a quote is not closed"},
         {"\"a\"\"", "a.csv:1: a quote is not closed"},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        AUTO(vw_csv_close) struct vw_csv csv;
-        bool found = true;
-        enum vw_status status = vw_csv_open(temporary_file(*state, "a.csv", cases[i].text), 1 << 20, &csv);
-        while (!status && found) status = vw_csv_next(&csv, &found);
-        ASSERT_CASE_FAILS(cases[i].text, status, VW_ERROR_INPUT, cases[i].said);
-    }
+    ASSERT_TEXTS_REFUSED(*state, "a.csv", cases, read_whole(path));
     struct vw_csv csv;
     assert_int_equal(vw_csv_open(temporary_path(*state, "none.csv"), 1 << 20, &csv), VW_ERROR_INPUT);
     vw_csv_close(&csv);

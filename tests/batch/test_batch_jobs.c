@@ -53,10 +53,13 @@ FOLDER_TEST(a_scene_alone_is_a_job) {
 
 #define JOBS(more) "{\"jobs\": [{\"name\": \"a\", \"scene\": \"a.json\"" more "}]}"
 
+static enum vw_status try_jobs(const char *path) {
+    AUTO(vw_jobs_free) struct vw_jobs jobs;
+    return vw_jobs_load(path, &jobs);
+}
+
 FOLDER_TEST(an_error_of_the_file_is_named) {
-    static const struct {
-        const char *text, *message;
-    } cases[] = {
+    static const struct refused_text cases[] = {
         {"{\"jobs\": [", "jobs.json:1:"},
         {"[]", "expected an object with the keys: defaults seeds configs jobs"},
         {"{\"job\": []}", "job: unknown key"},
@@ -93,13 +96,7 @@ FOLDER_TEST(an_error_of_the_file_is_named) {
         {"{\"configs\": [{\"name\": \"x\"}, {\"name\": \"x\"}], \"jobs\": []}", "configs[1].name: "},
         {"{\"configs\": [{\"name\": \"x\", \"scene\": \"y\"}], \"jobs\": []}", "configs[0].scene: unknown key"},
     };
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        struct vw_jobs jobs;
-        if (load(*state, cases[i].text, &jobs) != VW_ERROR_INPUT) fail_msg("%s is taken", cases[i].text);
-        vw_jobs_free(&jobs);
-        if (!strstr(vw_error_message(), cases[i].message) || strchr(vw_error_message(), '\n'))
-            fail_msg("%s: %s", cases[i].text, vw_error_message());
-    }
+    ASSERT_TEXTS_REFUSED(*state, "jobs.json", cases, try_jobs(path));
 }
 
 FOLDER_TEST(absurd_numbers_of_jobs_are_refused) {

@@ -6,8 +6,7 @@
 // pipelines_ms the time in which the driver compiled all pipelines. A driver that runs the device's work on CPUs does
 // so in threads of its own (lavapipe starts one for each queue), so that it does not count. host_bound_percent is the
 // share of submissions at which the device had nothing left to do: it waited for the host.
-// --host splits host_ms, without what hands records out, and says how many submissions were recorded. --profile prints
-// the time of every pass, and beside it that of one workgroup alone and of an empty pass.
+// --profile prints the time of every pass, and beside it that of one workgroup alone and of an empty pass.
 //
 // scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
 // the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
@@ -31,7 +30,6 @@
 #include "support/trainer_fixture.h"
 #include "train/shared_submissions.h"
 #include "train/trainer.h"
-#include "train/trainer_parts.h"
 #include "viewworth/train.h"
 
 static const double WARM_UP_S = 0.5;
@@ -296,86 +294,6 @@ static enum vw_status print_profile(struct vw_gpu *gpu, const struct vw_scene *s
     return status;
 }
 
-// ---- The host -------------------------------------------------------------------------------------------------------
-
-enum host_part { DRAW, RECORD, SUBMIT, READ, HOST_PARTS };
-
-// Adds the CPU time since `*since_s`, which becomes now.
-static void add_part(double *part_us, double *since_s) {
-    double now_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
-    *part_us += 1e6 * (now_s - *since_s);
-    *since_s = now_s;
-}
-
-// Takes the same batch of steps once more with every training, as trainers record it.
-static enum vw_status take_parts(const struct group *group, struct vw_submission *submission, uint32_t steps,
-                                 double *parts_us) {
-    vw_submission_begin(submission);
-    for (uint32_t i = 0; i < group->count; i++) {
-        const struct vw_trainer_parts *parts = vw_trainer_get_parts(group->trainers[i]);
-        uint32_t rays = parts->config->rays, rows = vw_validation_rows_per_measurement(parts->validation);
-        double since_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
-        for (uint32_t k = 0; k < steps; k++) {
-            const struct vw_pixel_draw drawn = {
-                parts->config->seed, k + 1, .picture_side = parts->field->model->picture_side, .masks = parts->masks};
-            vw_step_draw_pixels(parts->step, submission, vw_photo_order_view_of_step(parts->photo_order, k + 1), &drawn,
-                                k * rays);
-        }
-        add_part(&parts_us[DRAW], &since_s);
-        for (uint32_t k = 0; k < steps; k++) {
-            vw_step_record_passes(parts->step, submission, k + 1, k * rays, k * rows);
-            vw_validation_record(parts->validation, submission, k * rows);
-        }
-        add_part(&parts_us[RECORD], &since_s);
-    }
-    double since_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
-    enum vw_status status = vw_submission_submit(submission);
-    add_part(&parts_us[SUBMIT], &since_s);
-    if (status == VW_OK) status = vw_submission_wait(submission);
-    since_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
-    for (uint32_t i = 0; i < group->count && status == VW_OK; i++) {
-        const struct vw_trainer_parts *parts = vw_trainer_get_parts(group->trainers[i]);
-        struct vw_view_error *errors = vw_allocate(parts->validation->view_count, sizeof *errors);
-        uint32_t rows = vw_validation_rows_per_measurement(parts->validation);
-        for (uint32_t k = 0; k < steps && errors; k++)
-            (void)vw_validation_read(parts->validation, (vw_float4 *)vw_buffer_map(parts->scalars) + k * rows, errors);
-        if (!errors) status = VW_ERROR_MEMORY;
-        free(errors);
-    }
-    add_part(&parts_us[READ], &since_s);
-    return status;
-}
-
-static enum vw_status print_host(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
-    static const char *const names[HOST_PARTS] = {"draw_us", "record_us", "submit_us", "read_us"};
-    double parts_us[HOST_PARTS][ROUNDS_MAX] = {0}, sum_us = 0.0;
-    struct group group = {0};
-    struct vw_submission *submission = NULL;
-    enum vw_status status = open_group(gpu, scene, setup, true, &group);
-    if (status == VW_OK) status = vw_submission_create(gpu, &submission);
-    for (uint32_t i = 0; i < group.count && status == VW_OK; i++) {
-        const struct vw_trainer_parts *parts = vw_trainer_get_parts(group.trainers[i]);
-        status = vw_step_take_photos(parts->step, parts->photo_order->train_views, parts->photo_order->train_count);
-    }
-    for (uint32_t i = 0; i <= setup->rounds && status == VW_OK; i++) { // the first warms up
-        double round_us[HOST_PARTS] = {0};
-        status = take_parts(&group, submission, setup->batch, round_us);
-        for (int p = 0; p < HOST_PARTS && i > 0; p++)
-            parts_us[p][i - 1] = round_us[p] / (setup->batch * setup->together);
-    }
-    for (int p = 0; p < HOST_PARTS && status == VW_OK; p++) {
-        double part_us = median(parts_us[p], setup->rounds);
-        printf("%s %.2f ", names[p], part_us);
-        sum_us += part_us;
-    }
-    if (status == VW_OK)
-        printf("sum_us %.2f recordings %" PRIu64 " of %" PRIu32 "\n", sum_us, vw_submission_recordings(submission),
-               setup->rounds + 1);
-    vw_submission_destroy(&submission);
-    close_group(&group);
-    return status;
-}
-
 // ---- Bits -----------------------------------------------------------------------------------------------------------
 
 static void hash_record(struct vw_hasher *hasher, const struct vw_step_record *record) {
@@ -515,7 +433,6 @@ static enum vw_status run(const struct setup *setup) {
     if (status == VW_OK)
         status = setup->describe    ? (describe(gpu, setup), VW_OK)
                  : setup->bits      ? print_bits(gpu, scene, setup)
-                 : setup->host      ? print_host(gpu, scene, setup)
                  : setup->occupancy ? print_occupancy(gpu, scene, setup)
                                     : measure(gpu, scene, setup);
     vw_scene_close(&scene);

@@ -11,7 +11,7 @@
 
 static const char USAGE[] =
     "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--profile] [--bits |\n"
-    "       --describe | --host | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
+    "       --describe | --occupancy] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "       splats downscale\n"
     "forced: chunk_samples slice_samples slice_parts ray_lanes grid_texel rows_texel skip_zeros draws_pixels\n"
@@ -61,7 +61,6 @@ static bool set_flag(struct setup *setup, const char *word) {
     if (!strcmp(word, "--profile")) setup->profile = true;
     else if (!strcmp(word, "--bits")) setup->bits = true;
     else if (!strcmp(word, "--describe")) setup->describe = true;
-    else if (!strcmp(word, "--host")) setup->host = true;
     else if (!strcmp(word, "--occupancy")) setup->occupancy = true;
     else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
     else if (!strcmp(word, "--splats")) choose_splats(setup);

@@ -20,7 +20,6 @@ struct setup {
     bool profile;   // also prints the time of every pass
     bool bits;      // only hashes the records
     bool describe;  // only the device
-    bool host;      // only what a step takes of the host
     bool occupancy; // only lists the dispatches of a step
 };
 

@@ -223,9 +223,7 @@ FOLDER_TEST(frames_without_a_focal_length_have_that_of_the_view) {
 }
 
 FOLDER_TEST(hostile_paths_are_refused) {
-    static const struct {
-        const char *text, *says;
-    } cases[] = {
+    static const struct refused_text cases[] = {
         {"[]", "path.json: neither field camera_path nor field frames"},
         {"{\"frames\": 7}", "neither field camera_path nor field frames"},
         {"{\"frames\": [7], \"fl_x\": 5}", "frame 0: field transform_matrix is missing"},
@@ -245,11 +243,10 @@ FOLDER_TEST(hostile_paths_are_refused) {
          "camera_path[0]: field camera_to_world: its 3 x 3 part is not a rotation"},
         {NERFSTUDIO(SIZE, "7"), "camera_path[0].camera_to_world: is missing"},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_camera_path path = {0};
-        ASSERT_FAILS(read_text(*state, cases[i].text, &path), VW_ERROR_INPUT, cases[i].says);
-        assert_null(path.frames);
-    }
+    const struct vw_scene *scene = wall();
+    struct vw_camera_path read = {0};
+    ASSERT_TEXTS_REFUSED(*state, "path.json", cases, vw_camera_path_read(scene, path, 0, &read));
+    assert_null(read.frames);
 }
 
 TEST(a_pose_is_read_from_numbers) {

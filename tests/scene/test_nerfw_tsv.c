@@ -38,9 +38,7 @@ FOLDER_TEST(columns_come_in_any_order) {
 }
 
 FOLDER_TEST(bad_files_are_refused) {
-    static const struct {
-        const char *text, *line, *said;
-    } cases[] = {
+    static const struct refused_text cases[] = {
         {"", "a.tsv:1", "header"},
         {"filename\tid\n", "a.tsv:1", "filename or split"},
         {"filename,split\na.jpg,train\n", "a.tsv:1", "header"},
@@ -57,13 +55,9 @@ FOLDER_TEST(bad_files_are_refused) {
          "a.jpg appears twice (first in line 2)"},
         {"filename\tsplit\na.jpg\ttest\na.jpg\ttrain\n", "a.tsv:3", "a.jpg is in two splits"},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_tsv tsv = {0};
-        const char *path = temporary_file(*state, "a.tsv", cases[i].text);
-        ASSERT_FAILS(vw_tsv_read(NULL, path, &tsv), VW_ERROR_INPUT, cases[i].line, cases[i].said);
-        assert_null(tsv.text);
-    }
     struct vw_tsv tsv = {0};
+    ASSERT_TEXTS_REFUSED(*state, "a.tsv", cases, vw_tsv_read(NULL, path, &tsv));
+    assert_null(tsv.text);
     const char zero[] = "filename\tsplit\na.jpg\ttrain\0\n";
     ASSERT_OK(vw_file_write(temporary_path(*state, "a.tsv"), zero, sizeof zero - 1));
     assert_int_equal(vw_tsv_read(NULL, temporary_path(*state, "a.tsv"), &tsv), VW_ERROR_INPUT);

@@ -126,9 +126,7 @@ FOLDER_TEST(providers_are_read) {
 
 FOLDER_TEST(bad_providers_are_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
-    static const struct {
-        const char *text, *line, *said;
-    } cases[] = {
+    static const struct refused_text cases[] = {
         {"", "p.csv:1", "header"},
         {"provider,name\n", "p.csv:1", "header"},
         {"name,provider\nimages/00.png\n", "p.csv:2", "two fields"},
@@ -171,11 +169,7 @@ FOLDER_TEST(bad_providers_are_refused) {
         {"name,provider\nimages/00.png,a b\nimages/01.png,a  b\n", "p.csv:3", "of line 2"},
         {"name,provider\nimages/00.png,a-b\nimages/01.png,a\u2010b\n", "p.csv:3", "of line 2"},
     };
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        const char *csv = temporary_file(*state, "p.csv", cases[i].text);
-        tiny_scene_refused(SCENE_PARAMS(.path = *state, .providers = csv), VW_ERROR_INPUT, cases[i].line,
-                           cases[i].said);
-    }
+    ASSERT_TEXTS_REFUSED(*state, "p.csv", cases, tiny_scene_try(SCENE_PARAMS(.path = *state, .providers = path)));
 }
 
 // ---- Names ---------------------------------------------------------------------------------------------------------

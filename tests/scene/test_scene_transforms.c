@@ -192,9 +192,10 @@ FOLDER_TEST(unreadable_files_are_refused) {
     tiny_folder_refused("/no/such/scene", "/no/such/scene", "no such scene");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "transforms"), VW_ERROR_INPUT, "transforms.json");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "bundler"), VW_ERROR_USAGE, "bundler");
-    static const char *const cases[][3] = {
+    static const struct refused_text cases[] = {
         {"{\"fl_x\": 7,\n \"frames\": [}", "transforms.json:2:13:", "JSON"},
         {"{\"fl_x\": 7,\n \"fl_y\": NaN}", "transforms.json:2:", ""},
+        {"{\"fl_x\": 8, \"fl_x\": 9}", "transforms.json:1:", "duplicate"},
         {"{\"fl_x\": 1e999, \"frames\": []}", "transforms.json:1:", ""},
         {"[]", "transforms.json", "frames"},
         {"{}", "transforms.json", "frames"},
@@ -203,10 +204,7 @@ FOLDER_TEST(unreadable_files_are_refused) {
         {"{\"fl_x\": 7, \"frames\": [{\"file_path\": 3}]}", "frame 0", "file_path"},
         {"{\"fl_x\": 7, \"frames\": [{\"file_path\": \"a\\nb\\u001b[2J\"}]}", "a?b?[2J", "control characters"},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        temporary_file(*state, "transforms.json", cases[i][0]);
-        tiny_folder_refused(*state, cases[i][1], cases[i][2]);
-    }
+    ASSERT_TEXTS_REFUSED(*state, "transforms.json", cases, tiny_scene_try(SCENE_PARAMS(.path = path)));
 }
 
 // Nothing that a file holds may crash the reader, fill the memory or break the one line of a message.

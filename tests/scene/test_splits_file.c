@@ -85,9 +85,7 @@ FOLDER_TEST(added_photos_override_the_scene) {
 }
 
 FOLDER_TEST(bad_splits_are_refused) {
-    static const struct {
-        const char *text, *place, *said;
-    } cases[] = {
+    static const struct refused_text cases[] = {
         {"", "splits.json:1:", "not valid JSON"},
         {"{\"train\": [],\n \"val\": [}", "splits.json:2:", "not valid JSON"},
         {"{\"train\": [], \"train\": []}", "splits.json:1:", "duplicate"},
@@ -113,11 +111,7 @@ FOLDER_TEST(bad_splits_are_refused) {
         {VAL_00 "\"weights\": {\"images/00.png\": 0}}", "splits.json: ", "all validation photos"},
     };
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        const char *splits = temporary_file(*state, "splits.json", cases[i].text);
-        print_message("%s\n", cases[i].text);
-        tiny_scene_refused(WITH_SPLITS(splits), VW_ERROR_INPUT, cases[i].place, cases[i].said);
-    }
+    ASSERT_TEXTS_REFUSED(*state, "splits.json", cases, tiny_scene_try(WITH_SPLITS(path)));
     tiny_scene_refused(WITH_SPLITS("no/splits.json"), VW_ERROR_INPUT, "no/splits.json");
 }
 
@@ -160,9 +154,7 @@ FOLDER_TEST(equal_weights_change_nothing) {
 }
 
 FOLDER_TEST(bad_weights_are_refused) {
-    static const struct {
-        const char *rows, *place, *said;
-    } cases[] = {
+    static const struct refused_text cases[] = {
         {"name,value\n00.png,1\n", "weights.csv:1: ", "header must be name,weight"},
         {"", "weights.csv:1: ", "header must be name,weight"},
         {"name,weight\n00.png\n", "weights.csv:2: ", "two fields"},
@@ -181,9 +173,6 @@ FOLDER_TEST(bad_weights_are_refused) {
         {"name,weight\n00.png,0\n08.png,0\n", "weights.csv: ", "all validation photos"},
     };
     tiny_scene_write(*state, &(struct tiny_scene){.count = 14});
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        const char *file = temporary_file(*state, "weights.csv", cases[i].rows);
-        tiny_scene_refused(WITH_WEIGHTS(file), VW_ERROR_INPUT, cases[i].place, cases[i].said);
-    }
+    ASSERT_TEXTS_REFUSED(*state, "weights.csv", cases, tiny_scene_try(WITH_WEIGHTS(path)));
     tiny_scene_refused(WITH_WEIGHTS("no/weights.csv"), VW_ERROR_INPUT, "no/weights.csv");
 }

@@ -27,6 +27,16 @@ const char *temporary_path(const char *folder, const char *name);
 const char *temporary_file(const char *folder, const char *name, const char *text);
 // Writes bytes without the sync of vw_file_write(), which is slow.
 void temporary_write(const char *path, const void *bytes, size_t size_bytes);
+// A text that is refused as input, and what the message of one line says; `more` may be NULL.
+struct refused_text {
+    const char *text, *said, *more;
+};
+// Writes every text of an array to folder/name, and fails the test unless `call`, an expression of `path`, refuses it.
+#define ASSERT_TEXTS_REFUSED(folder, name, refused, call)                                                              \
+    for (size_t i_ = 0; i_ < VW_ARRAY_COUNT(refused); i_++) {                                                          \
+        const char *path = temporary_file(folder, name, (refused)[i_].text);                                           \
+        ASSERT_CASE_FAILS((refused)[i_].text, call, VW_ERROR_INPUT, (refused)[i_].said, (refused)[i_].more);           \
+    }
 // Reads a file whole; to be freed. A zero byte follows it. `size_bytes` may be NULL.
 void *temporary_read(const char *path, size_t *size_bytes);
 

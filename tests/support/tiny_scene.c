@@ -102,6 +102,14 @@ void check_turned(const struct vw_view *a, const struct vw_view *b) {
     assert_near(acos(cosine) * 180 / M_PI, 8, 1e-9);
 }
 
+enum vw_status tiny_scene_try(const struct vw_scene_params *params) {
+    struct vw_scene *scene = NULL;
+    enum vw_status status = vw_scene_open(params, &scene);
+    assert_int_equal(!status, scene != NULL);
+    vw_scene_close(&scene);
+    return status;
+}
+
 struct vw_scene *own_recipe_open(const char *name, struct vw_scene_params params) {
     AUTO_FREE char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", name);
     params.path = path;

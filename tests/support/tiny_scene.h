@@ -41,13 +41,10 @@ int tiny_decoder_hold(void **state);
 // Params of a scene, by their fields.
 #define SCENE_PARAMS(...) (&(struct vw_scene_params){__VA_ARGS__})
 
+// Opens and closes a scene; fails the test if it returns one with a failure.
+enum vw_status tiny_scene_try(const struct vw_scene_params *params);
 // Fails the test unless opening is refused with this status and a message of one line that holds every text.
-#define tiny_scene_refused(params, status, ...)                                                                        \
-    do {                                                                                                               \
-        struct vw_scene *refused = NULL;                                                                               \
-        ASSERT_FAILS(vw_scene_open(params, &refused), status, __VA_ARGS__);                                            \
-        assert_null(refused);                                                                                          \
-    } while (0)
+#define tiny_scene_refused(params, status, ...) ASSERT_FAILS(tiny_scene_try(params), status, __VA_ARGS__)
 // The same of a folder that is wrong as input.
 #define tiny_folder_refused(folder, ...) tiny_scene_refused(SCENE_PARAMS(.path = (folder)), VW_ERROR_INPUT, __VA_ARGS__)
 
