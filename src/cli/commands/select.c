@@ -103,11 +103,11 @@ static void print_next(const struct selection_job *job) {
     const struct vw_config *config = &job->run.recorded.config;
     if (vw_is_imported(&job->run.recorded.row)) return;
     vw_print("train    viewworth value");
+    vw_print_shell_path(job->run.recorded.row.scene_path);
     if (json_is_string(json_object_get(job->run.scene_options, "splits"))) {
         vw_print(" --splits, with a copy of the run's splits.json in which the other photos are \"excluded\"\n");
         return;
     }
-    vw_print_shell_path(job->run.recorded.row.scene_path);
     vw_print(" --train");
     vw_print_shell_path(job->options->to);
     print_scene_options(job);
