@@ -41,19 +41,22 @@ static enum vw_status check_journal(const char *path, enum vw_database_access ac
     int descriptor = open(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (descriptor < 0)
         return vw_fail(VW_ERROR_IO, "%s: cannot open: %s; check its permissions", path, strerror(errno));
-    enum vw_status status = fstat(descriptor, &info) || !S_ISREG(info.st_mode)
-                                ? fail_journal(path, "it is not a plain file")
-                                : check_journal_end(descriptor, path, info.st_size);
+    enum vw_status status = check_journal_end(descriptor, path, info.st_size);
     close(descriptor);
     return status;
 }
 
-// Fails if a file exists here. SQLite reads pages from a write-ahead log next to a database, whatever the database's
-// header says.
-static enum vw_status check_absent(const char *path) {
+// Fails if a file of this ending exists beside. SQLite reads pages from a write-ahead log next to a database, whatever
+// the database's header says.
+static enum vw_status check_absent(const char *path, const char *ending) {
     struct stat info;
-    if (lstat(path, &info)) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: viewworth writes no such file beside its own; remove it, then run again", path);
+    char *beside = vw_format_text("%s%s", path, ending);
+    if (!beside) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    if (!lstat(beside, &info))
+        status = vw_fail(VW_ERROR_INPUT, "%s: is left of another file; remove it, then run again", beside);
+    free(beside);
+    return status;
 }
 
 enum vw_status vw_database_check_place(const char *path, enum vw_database_access access) {
@@ -61,41 +64,21 @@ enum vw_status vw_database_check_place(const char *path, enum vw_database_access
     if (lstat(path, &info))
         return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path,
                        strerror(errno));
-    if (S_ISLNK(info.st_mode))
-        return vw_fail(VW_ERROR_INPUT, "%s: is a link; name the folder that holds the file itself", path);
     if (!S_ISREG(info.st_mode))
-        return vw_fail(VW_ERROR_INPUT, "%s: is a folder, a pipe or a device; give the path of a plain file", path);
-    if (access == VW_DATABASE_APPEND && info.st_nlink != 1) // a write would change another folder as well
-        return vw_fail(
-            VW_ERROR_INPUT,
-            "%s: has %ju hard links, so that other folders would change with it; replace it by a copy: cp %s "
-            "COPY && mv COPY %s",
-            path, (uintmax_t)info.st_nlink, path, path);
-    char *journal = vw_format_text("%s-journal", path), *log = vw_format_text("%s-wal", path);
-    char *log_index = vw_format_text("%s-shm", path);
-    enum vw_status status = journal && log && log_index ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = check_absent(log);
-    if (!status) status = check_absent(log_index);
+        return vw_fail(VW_ERROR_INPUT, "%s: is a link, a folder, a pipe or a device; give the path of a plain file",
+                       path);
+    char *journal = vw_format_text("%s-journal", path);
+    enum vw_status status = journal ? check_absent(path, "-wal") : VW_ERROR_MEMORY;
+    if (!status) status = check_absent(path, "-shm");
     if (!status) status = check_journal(journal, access);
     free(journal);
-    free(log);
-    free(log_index);
     return status;
 }
 
 enum vw_status vw_database_check_free(const char *path) {
-    static const char *const endings[] = {"-journal", "-wal", "-shm"};
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(endings); i++) {
-        struct stat info;
-        char *beside = vw_format_text("%s%s", path, endings[i]);
-        if (!beside) return VW_ERROR_MEMORY;
-        if (lstat(beside, &info) == 0)
-            status = vw_fail(VW_ERROR_INPUT, "%s: belongs to a removed file; remove it too, or choose another --out",
-                             beside);
-        free(beside);
-    }
-    return status;
+    enum vw_status status = check_absent(path, "-journal");
+    if (!status) status = check_absent(path, "-wal");
+    return status ? status : check_absent(path, "-shm");
 }
 
 // ---- Its bytes -----------------------------------------------------------------------------------------------------

@@ -29,25 +29,20 @@ struct vw_ledger {
     size_t text_count, text_capacity;
 };
 
-// ---- ledger_rows.c: reading rows, which may come from someone who wants to harm ----
+// ---- ledger_read.c: reading rows, which may come from someone who wants to harm ----
 
 // Copies a text; the copy lives as long as the ledger. Returns NULL with a recorded message if memory is short.
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
 // Records that viewworth never writes such a value into this column.
 enum vw_status vw_ledger_fail_column(const struct vw_ledger *ledger, const char *name);
-// Reads the current row of a query of all columns into the struct of a row. VW_ERROR_INPUT if viewworth never writes
-// such a value. Where the table has a column of images, load these first.
-enum vw_status vw_ledger_read_row(struct vw_ledger *ledger, const struct vw_table *table, sqlite3_stmt *statement,
-                                  void *row);
 // Checks a row that was read, and may complete it; the rows before it, of which there are `index`, precede it.
 typedef enum vw_status vw_ledger_check_row(struct vw_ledger *ledger, uint64_t index, void *row);
-// Reads all rows into an array, which the caller frees. `order` is as in vw_table_select(); `check` may be NULL.
+// Reads all rows into an array, which the caller frees. VW_ERROR_INPUT if viewworth never writes such a value. `order`
+// is as in vw_table_select(); `check` may be NULL. Where the table has a column of images, load these first.
 enum vw_status vw_ledger_read_table(struct vw_ledger *ledger, const struct vw_table *table, const char *order,
                                     vw_ledger_check_row *check, void **rows, uint64_t *count);
 // Loads the images that rows of other tables may name.
 enum vw_status vw_ledger_load_images(struct vw_ledger *ledger);
-
-// ---- ledger_read.c ----
 
 // Reads the run row, the head of the chain and the next step.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger);

@@ -43,8 +43,8 @@ static enum vw_status verify_final_hash(struct verification *verification) {
     return status ? status
                   : compare_with_run(
                         verification->database, "final_hash", final_hash,
-                        "the run row was edited, a score row was edited, removed, added or moved, a row of retraining, "
-                        "lasting or payout_request likewise, or the last step rows were removed");
+                        "the run row was edited, a score row was edited, removed, added or moved, a retraining row "
+                        "likewise, one of lasting or payout_request likewise, or the last step rows were removed");
 }
 
 // ---- The chain of the steps ----

@@ -21,7 +21,6 @@ struct vw_ledger_writer {
     struct vw_ledger *ledger;
     const uint32_t *validation_views;
     uint64_t next_step; // for who adds
-    bool threaded;
     pthread_t thread;
     pthread_mutex_t lock; // guards all that follows
     pthread_cond_t changed;
@@ -130,29 +129,15 @@ static void *write_transactions(void *context) {
     return NULL;
 }
 
-static enum vw_status hand_over(struct vw_ledger_writer *writer, const struct vw_step_record *records, uint32_t count,
-                                const struct vw_step_statistics *statistics) {
+enum vw_status vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
+                                    uint32_t count, const struct vw_step_statistics *statistics) {
+    if (!count) return VW_OK;
     lock(writer);
     enum vw_status status = await_room(writer, count);
     if (!status) status = copy(&writer->waiting, records, count);
     if (!status) writer->waiting.statistics = *statistics;
     tell_change(writer);
     unlock(writer);
-    return status;
-}
-
-static enum vw_status write_here(struct vw_ledger_writer *writer, const struct vw_step_record *records, uint32_t count,
-                                 const struct vw_step_statistics *statistics) {
-    if (writer->status) return failure(writer);
-    end_transaction(writer, vw_ledger_append(writer->ledger, records, count, writer->validation_views), statistics);
-    return writer->status;
-}
-
-enum vw_status vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
-                                    uint32_t count, const struct vw_step_statistics *statistics) {
-    if (!count) return VW_OK;
-    enum vw_status status = writer->threaded ? hand_over(writer, records, count, statistics)
-                                             : write_here(writer, records, count, statistics);
     if (!status) writer->next_step += count;
     return status;
 }
@@ -196,9 +181,12 @@ enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const uint32_t 
     made->recorded = *recorded;
     made->lock = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
     made->changed = (pthread_cond_t)PTHREAD_COND_INITIALIZER;
-    made->threaded = start_thread(made);
-    *writer = made;
-    return VW_OK;
+    if (start_thread(made)) {
+        *writer = made;
+        return VW_OK;
+    }
+    free(made);
+    return vw_fail(VW_ERROR_MEMORY, "cannot start a thread that writes the ledger; close other programs");
 }
 
 void vw_ledger_writer_destroy(struct vw_ledger_writer **writer) {
@@ -208,7 +196,7 @@ void vw_ledger_writer_destroy(struct vw_ledger_writer **writer) {
     dying->ends = true;
     tell_change(dying);
     unlock(dying);
-    if (dying->threaded) (void)pthread_join(dying->thread, NULL);
+    (void)pthread_join(dying->thread, NULL);
     (void)pthread_cond_destroy(&dying->changed);
     (void)pthread_mutex_destroy(&dying->lock);
     free_transaction(&dying->waiting);

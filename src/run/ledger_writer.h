@@ -16,7 +16,7 @@ enum { VW_LEDGER_WRITER_WAITING_MOST = 1024 }; // steps
 struct vw_ledger_writer;
 
 // Creates a writer. `ledger` and `validation_views` (see vw_ledger_append) are borrowed and outlive it. `recorded`
-// counts the steps that the ledger contains. If no thread can be created, vw_ledger_writer_add() writes.
+// counts the steps that the ledger contains. VW_ERROR_MEMORY also when no thread can be created.
 enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const uint32_t *validation_views,
                                        const struct vw_step_statistics *recorded, struct vw_ledger_writer **writer);
 // Copies the next steps, which vw_ledger_append() then writes in one transaction; `statistics` count them, too. Waits

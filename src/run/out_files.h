@@ -1,5 +1,5 @@
-// The table of all files that commands write into OUT or read back from it.
-// tests/source/test_out_files.sh fails for a file below OUT that is named elsewhere and missing here.
+// The files in OUT that a later command lists or removes. Others stay: checkpoints, retrainings.db, pictures, tables of
+// comparisons, the states of jobs.
 #ifndef VIEWWORTH_RUN_OUT_FILES_H
 #define VIEWWORTH_RUN_OUT_FILES_H
 
@@ -24,12 +24,11 @@
 enum vw_out_outdated { VW_OUT_STAYS, VW_OUT_BY_SCORES, VW_OUT_BY_STEPS }; // by further scores, or only by further steps
 
 struct vw_out_file {
-    const char *name;              // a pattern where it has a '*'
+    const char *name;
     enum vw_out_outdated outdated; // removed before
 };
 
-// Results of a run, which SHA256SUMS lists, come first, in the order of their names. Checkpoints, the state of a
-// stopped lasting pass, retrainings.db, renders and files of the user are not results of the run.
+// Results of a run, which SHA256SUMS lists, come first, in the order of their names.
 enum { VW_RESULT_FILE_COUNT = 15 };
 extern const struct vw_out_file vw_out_files[];
 extern const size_t vw_out_file_count;

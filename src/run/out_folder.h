@@ -6,11 +6,11 @@
 
 #include "viewworth/status.h"
 
-// Writes a file of 1 MiB where --out is or would be made, and removes it again; the folder itself is not created.
-// VW_ERROR_USAGE when --out is a file, and when the place is not writable or full.
+// Checks where --out is or would be made; the folder itself is not created. VW_ERROR_USAGE when --out is a file, and
+// when this user may not write at that place.
 enum vw_status vw_out_check(const char *out);
 // Refuses the name of a file to write, as an option gives it, unless it ends in .ply, or in .json if `json`, is not
-// there yet, and is not a name that table vw_out_files keeps in `out`. NULL is fine.
+// there yet, and is not a name of vw_out_files in `out`. NULL is fine.
 enum vw_status vw_out_check_target(const char *option, const char *path, const char *out, bool json);
 // Removes what further steps make out of date: all derived files, the field, and the state of a stopped lasting pass.
 enum vw_status vw_run_remove_outdated(const char *out, bool pays);

@@ -1,5 +1,6 @@
 #include "run/out_lock.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <fts.h>
@@ -7,57 +8,17 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/file.h"
 #include "base/memory.h"
 #include "viewworth/log.h"
 
-enum { TRIES = 100 }; // tries to open a file that others may remove
-
 struct vw_out_lock {
-    char *out;           // owned
-    int folder, file;    // descriptors; -1: none
-    uint32_t new_levels; // OUT and its parents that were not there
+    char *out;   // owned
+    int file;    // descriptor; -1: none
+    bool is_new; // OUT was not there
 };
-
-// ---- The folder ----------------------------------------------------------------------------------------------------
-
-static enum vw_status count_new_levels(struct vw_out_lock *lock) {
-    char *path = vw_copy_text(lock->out);
-    lock->new_levels = 0;
-    while (path && !vw_folder_exists(path)) { // "." and "/" are there
-        char *parent = vw_path_folder(path);
-        free(path);
-        path = parent;
-        lock->new_levels++;
-    }
-    free(path);
-    return path ? VW_OK : VW_ERROR_MEMORY;
-}
-
-static enum vw_status create_folder(struct vw_out_lock *lock) {
-    if (lock->folder >= 0) close(lock->folder);
-    enum vw_status status = lock->new_levels ? VW_OK : count_new_levels(lock);
-    if (!status) status = vw_folder_create(lock->out);
-    if (status) return status;
-    lock->folder = open(lock->out, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (lock->folder >= 0) return VW_OK;
-    return vw_fail(VW_ERROR_IO, "%s: cannot open the folder: %s; check its permissions", lock->out, strerror(errno));
-}
-
-// Folders that hold something stay.
-static void remove_new_levels(const struct vw_out_lock *lock) {
-    char *path = lock->new_levels ? vw_copy_text(lock->out) : NULL;
-    for (uint32_t i = 0; path && i < lock->new_levels; i++) {
-        rmdir(path);
-        char *parent = vw_path_folder(path);
-        free(path);
-        path = parent;
-    }
-    free(path);
-}
 
 // ---- The lock ------------------------------------------------------------------------------------------------------
 
@@ -79,68 +40,63 @@ static void write_pid(const struct vw_out_lock *lock) {
         vw_log_warning("%s/%s: %s", lock->out, VW_OUT_LOCK_FILE, strerror(errno));
 }
 
-// Opens the file, and creates the folder again where the process that held the lock has just removed it.
-static enum vw_status open_file(struct vw_out_lock *lock) {
-    const int flags = O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
-    enum vw_status status = VW_OK;
-    for (int tries = 0; !status && tries < TRIES; tries++) {
-        lock->file = openat(lock->folder, VW_OUT_LOCK_FILE, flags, 0600);
-        if (lock->file >= 0 || errno != ENOENT) break;
-        status = create_folder(lock);
-    }
-    if (status || lock->file >= 0) return status;
-    return vw_fail(VW_ERROR_USAGE, "%s/%s: cannot open: %s; name another folder, or remove the file", lock->out,
-                   VW_OUT_LOCK_FILE, strerror(errno));
-}
-
-// Returns whether the locked file still has the name: the process that held the lock before may just have removed it.
-static bool is_current(const struct vw_out_lock *lock) {
-    struct stat locked, named;
-    return !fstat(lock->file, &locked) && !fstatat(lock->folder, VW_OUT_LOCK_FILE, &named, AT_SYMLINK_NOFOLLOW) &&
-           named.st_dev == locked.st_dev && named.st_ino == locked.st_ino;
-}
-
 static enum vw_status acquire(struct vw_out_lock *lock) {
-    for (int tries = 0; tries < TRIES; tries++) {
-        enum vw_status status = open_file(lock);
-        if (status) return status;
-        bool locked = !flock(lock->file, LOCK_EX | LOCK_NB);
-        if (!locked && errno == EWOULDBLOCK) return fail_locked(lock);
-        if (!locked)
-            vw_log_warning("%s: the file system has no locks (%s); start no other command on this folder", lock->out,
-                           strerror(errno));
-        if (is_current(lock)) {
-            write_pid(lock);
-            return VW_OK;
-        }
-        close(lock->file);
-        lock->file = -1;
-    }
-    return vw_fail(VW_ERROR_USAGE, "%s: other processes keep locking and releasing it; name another folder", lock->out);
+    char *path = vw_path_join(lock->out, VW_OUT_LOCK_FILE);
+    if (!path) return VW_ERROR_MEMORY;
+    lock->file = open(path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    enum vw_status status = VW_OK;
+    if (lock->file < 0)
+        status = vw_fail(VW_ERROR_USAGE, "%s: cannot open: %s; name another folder, or remove the file", path,
+                         strerror(errno));
+    free(path);
+    if (status) return status;
+    bool locked = !flock(lock->file, LOCK_EX | LOCK_NB);
+    if (!locked && errno == EWOULDBLOCK) return fail_locked(lock);
+    if (!locked)
+        vw_log_warning("%s: the file system has no locks (%s); start no other command on this folder", lock->out,
+                       strerror(errno));
+    write_pid(lock);
+    return VW_OK;
 }
 
-// Refuses links below OUT, which a stranger's OUT may have: what is written would land elsewhere.
-static enum vw_status refuse_links(const struct vw_out_lock *lock) {
+// Refuses what cannot be replaced by a result, before any work, and links below OUT, which a stranger's OUT may have:
+// what is written would land elsewhere.
+static enum vw_status check_entry(const FTSENT *entry) {
+    if (entry->fts_level == FTS_ROOTLEVEL) return VW_OK;
+    if (entry->fts_info == FTS_SL || entry->fts_info == FTS_SLNONE)
+        return vw_fail(VW_ERROR_USAGE, "%s: is reached through a link; put what it leads to here, or remove it",
+                       entry->fts_path);
+    if (entry->fts_level == FTS_ROOTLEVEL + 1 && entry->fts_info != FTS_F && vw_out_is_result(entry->fts_name))
+        return vw_fail(VW_ERROR_USAGE, "%s: is not a file, but a result is written there; remove it", entry->fts_path);
+    return VW_OK;
+}
+
+static enum vw_status check_entries(const struct vw_out_lock *lock) {
     char *const roots[] = {lock->out, NULL};
     FTS *tree = fts_open(roots, FTS_PHYSICAL | FTS_COMFOLLOW | FTS_NOCHDIR, NULL);
     enum vw_status status = VW_OK;
-    for (FTSENT *entry; tree && !status && (entry = fts_read(tree));)
-        if (entry->fts_level > FTS_ROOTLEVEL && (entry->fts_info == FTS_SL || entry->fts_info == FTS_SLNONE))
-            status = vw_fail(VW_ERROR_USAGE, "%s: is reached through a link; put what it leads to here, or remove it",
-                             entry->fts_path);
+    for (FTSENT *entry; tree && !status && (entry = fts_read(tree));) status = check_entry(entry);
     if (tree) fts_close(tree);
     return status;
 }
 
 // ---- Taking and releasing ------------------------------------------------------------------------------------------
 
-// Releases the lock; `mine`: the file is locked, and may be removed.
+// Returns whether the lock file is all that is in OUT.
+static bool is_empty(const struct vw_out_lock *lock) {
+    uint32_t names = 0;
+    DIR *folder = opendir(lock->out);
+    while (folder && readdir(folder)) names++;
+    if (folder) closedir(folder);
+    return names <= 3; // ".", ".." and the lock file
+}
+
+// Closes the lock file, which stays: another process may be about to lock it. An OUT without results goes with it.
 static void close_lock(struct vw_out_lock *lock, bool mine) {
     struct vw_saved_error why = vw_error_save();
-    if (mine) unlinkat(lock->folder, VW_OUT_LOCK_FILE, 0);
-    remove_new_levels(lock);
-    if (lock->file >= 0) close(lock->file); // the lock ends here
-    if (lock->folder >= 0) close(lock->folder);
+    if (mine && lock->is_new && is_empty(lock)) vw_folder_remove(lock->out);
+    if (mine) (void)!ftruncate(lock->file, 0); // it names no process any more
+    if (lock->file >= 0) close(lock->file);    // the lock ends here
     free(lock->out);
     free(lock);
     vw_error_restore(&why);
@@ -149,9 +105,9 @@ static void close_lock(struct vw_out_lock *lock, bool mine) {
 enum vw_status vw_out_lock_take(const char *out, struct vw_out_lock **lock) {
     struct vw_out_lock *taken = vw_allocate(1, sizeof *taken);
     if (!taken) return VW_ERROR_MEMORY;
-    *taken = (struct vw_out_lock){.out = vw_copy_text(out), .folder = -1, .file = -1};
-    enum vw_status status = taken->out ? create_folder(taken) : VW_ERROR_MEMORY;
-    if (!status) status = refuse_links(taken);
+    *taken = (struct vw_out_lock){.out = vw_copy_text(out), .file = -1, .is_new = !vw_folder_exists(out)};
+    enum vw_status status = taken->out ? vw_folder_create(out) : VW_ERROR_MEMORY;
+    if (!status) status = check_entries(taken);
     if (!status) status = acquire(taken);
     if (status) {
         close_lock(taken, false);

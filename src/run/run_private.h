@@ -69,8 +69,6 @@ struct vw_run {
 
 // Creates run->trainer, before its first step.
 enum vw_status vw_run_create_trainer(struct vw_run *run);
-// Creates the ledger, with the run row and the image rows.
-enum vw_status vw_run_create_ledger(struct vw_run *run);
 // Takes the recorded steps again that the loaded checkpoint lacks, so that the trainer has the field of the last one.
 enum vw_status vw_run_catch_up(struct vw_run *run);
 // Saves the state of the trainer if it has moved since the last checkpoint; nothing may be in flight.
@@ -90,9 +88,5 @@ void vw_run_leave(struct vw_run *run);
 // Marks a run that stops early "interrupted" or "failed", with the scores so far. The recorded message stays. A ledger
 // that had ended before, and to which nothing was added, is left as it was; so is one whose steps do not match.
 void vw_run_end_early(struct vw_run *run, enum vw_status status);
-// Opens run->ledger and loads the newest usable checkpoint into run->trainer (decision 11), or sets run->complete when
-// no step is left. VW_ERROR_USAGE, naming what differs, when the ledger is of another run or has more steps than are
-// asked for; VW_ERROR_MISMATCH when it was edited.
-enum vw_status vw_run_resume(struct vw_run *run);
 
 #endif

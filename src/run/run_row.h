@@ -3,7 +3,6 @@
 #define VIEWWORTH_RUN_RUN_ROW_H
 
 #include "base/hash.h"
-#include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"

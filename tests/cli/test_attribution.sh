@@ -10,7 +10,7 @@ refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; } # refuses PATTERN ARGUME
 
 # fails_to_remove COMMAND...: it fails, names duplicates.csv, and adds no step to the ledger.
 fails_to_remove() {
-    ! "$@" >"$folder/stdout" 2>"$folder/stderr" && grep -q 'duplicates\.csv: cannot remove' "$folder/stderr" &&
+    ! "$@" >"$folder/stdout" 2>"$folder/stderr" && grep -q 'duplicates\.csv: is not a file' "$folder/stderr" &&
         [[ $(query run 'SELECT status, final_hash FROM run') == "finished|$head" ]] && return
     cat "$folder/stdout" "$folder/stderr"
     return 1

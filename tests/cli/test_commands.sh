@@ -172,7 +172,7 @@ check "verify finds an edit, and changes nothing" leaves_alone edited 1 verify "
 check "value with four driver threads gives a run" eval 'LP_NUM_THREADS=4 value threads'
 check "the rows do not depend on threads" same_rows first threads
 check "a folder that cannot be made is refused" \
-    refuses '--out /proc/none: cannot write in /proc' value "$scene" --out /proc/none "${tiny[@]}"
+    fails 1 '/proc/none: cannot create the folder' "$program" value "$scene" --out /proc/none "${tiny[@]}"
 check "a folder that holds a run is refused" refuses 'already contains a run' value "$scene" --out "$folder/first" "${tiny[@]}"
 check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_array_length(j, '\$.most_valuable') = 5
     AND json_array_length(j, '\$.least_valuable') = 5 AND json_type(j, '\$.most_valuable[0].stderr') = 'real'
@@ -243,14 +243,7 @@ check "render gives it nothing to say" validated "$program" render "$folder/vali
 
 # ---- Outputs that cannot be written ---------------------------------------------------------------------------------------
 
-blocked() { # a folder stands where the scores belong
-    local code=0
-    mkdir -p "$folder/blocked/scores.csv"
-    value blocked 2>"$folder/stderr" || code=$?
-    [[ $code -eq 1 && $(query blocked 'SELECT status FROM run') == failed ]]
-}
-check "a run without its scores.csv is not called finished" blocked
 mkdir -p "$folder/taken/field.vwf"
-check "a run says that its field has no place" fails 1 'field.vwf: cannot remove: Is a directory; remove it' value taken
+check "a run says at once that its field has no place" fails 2 'field.vwf: is not a file, but a result is written there' value taken
 
 conclude "$@"

@@ -43,6 +43,7 @@ FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
         "CREATE TABLE notes (text); INSERT INTO notes VALUES ('mine')",
         "CREATE TABLE numbered (a INTEGER PRIMARY KEY AUTOINCREMENT); INSERT INTO numbered VALUES (1)",
         "CREATE VIEW best AS SELECT * FROM score",
+        "DROP TABLE score; CREATE VIEW score AS SELECT * FROM step",
         "CREATE TRIGGER undo AFTER INSERT ON step BEGIN DELETE FROM step; END",
         "CREATE VIRTUAL TABLE words USING fts4(a)",
         "ALTER TABLE run ADD COLUMN more TEXT",

@@ -130,20 +130,6 @@ FOLDER_TEST(a_linked_ledger_is_refused) {
     ASSERT_FAILS(vw_ledger_open_to_append(link_path, &ledger), VW_ERROR_INPUT, "is a link");
 }
 
-// A write to a file with two names would change the other folder as well. Reading changes neither.
-FOLDER_TEST(a_ledger_with_another_name_is_not_written_to) {
-    struct place place = make_place(*state);
-    AUTO_FREE char *other = vw_path_join(*state, "other.db");
-    struct vw_ledger *ledger = NULL;
-    assert_int_equal(link(place.path, other), 0);
-    ASSERT_FAILS(vw_ledger_open_to_append(place.path, &ledger), VW_ERROR_INPUT, "has 2 hard links", "cp ");
-    ASSERT_OK(vw_ledger_open(place.path, &ledger));
-    vw_ledger_close(&ledger);
-    unlink(other);
-    ledger = test_ledger_open_to_append(place.path);
-    vw_ledger_close(&ledger);
-}
-
 // SQLite takes such a name as a URI, which may name another file and how it is opened.
 FOLDER_TEST(the_name_of_a_folder_is_no_uri) {
     AUTO_FREE char *before = getcwd(NULL, 0);

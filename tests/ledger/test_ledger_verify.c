@@ -358,21 +358,6 @@ FOLDER_TEST(tables_without_constraints_are_refused) {
         }
 }
 
-FOLDER_TEST(what_runs_in_a_file_stays_asleep) {
-    struct original original = record_original(*state, "finished");
-    // A view in the place of a table could have no end.
-    for (size_t t = 0; t < TABLE_COUNT; t++) {
-        temporary_put_back(&original.file);
-        AUTO_FREE char *sql = vw_format_text(
-            "CREATE TABLE held AS SELECT * FROM %s; DROP TABLE %s; CREATE VIEW %s AS"
-            " WITH RECURSIVE many(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM many) SELECT held.* FROM held, many",
-            tables[t], tables[t], tables[t]);
-        sql_run(original.file.path, sql);
-        assert_int_equal(verify(original.file.path), VW_ERROR_INPUT);
-        use(original.file.path);
-    }
-}
-
 // One flipped bit anywhere in the file: what verifies is still the same ledger. Rerun a failure by its number.
 FOLDER_TEST(flipped_bits_do_no_harm) {
     enum { FLIPS = 400 };

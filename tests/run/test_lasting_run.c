@@ -7,7 +7,6 @@
 #include "run/verify/verify.h"
 #include "support/forged_file.h"
 #include "support/small_run.h"
-#include "viewworth/selection.h"
 #include "viewworth/viewworth.h"
 
 enum { PHOTOS = 6, EPOCHS = 24, STEPS = PHOTOS * EPOCHS }; // more steps than one submission of a pass
@@ -246,20 +245,6 @@ TEST(a_step_that_does_not_repeat_is_refused) {
     assert_int_equal(none.step_count, 0);
 }
 
-TEST(an_edited_pass_is_found) {
-    struct vw_verification verification = {0};
-    struct observer observer = {0};
-    const char *out = temporary_path(*state, "edited");
-    copy_plain(*state, out);
-    ASSERT_OK(follow(out, 16, false, &observer)); // with fewer rays
-    assert_answer(temporary_path(out, "ledger.db"), "SELECT rays FROM lasting", "16");
-    sql_change(temporary_path(out, "ledger.db"), "UPDATE lasting_step SET psnr = psnr + 1 WHERE step = 9");
-    ASSERT_FAILS(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH, "lasting");
-    chain_rewrite(temporary_path(out, "ledger.db"));
-    ASSERT_FAILS(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH,
-                 "score lasting_psnr");
-}
-
 TEST(what_no_pass_can_follow_is_refused) {
     struct vw_config config = small_config(0, EPOCHS), posed = config;
     struct observer observer = {0}, stopping = {.stops_training = true};
@@ -300,27 +285,6 @@ TEST(an_extended_run_is_followed_again) {
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.resume = true, .lasting.wanted = true}, &observer));
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_step", "24");
     assert_verifies(out);
-}
-
-TEST(only_differences_select) {
-    static const enum vw_selection_rule absolute[] = {VW_SELECT_POSITIVE, VW_SELECT_SIGNIFICANT, VW_SELECT_NOT_HARMFUL};
-    AUTO_FREE struct vw_ledger_score *scores = NULL;
-    const struct vw_ledger_image *images = NULL;
-    struct vw_selection selection = {0};
-    uint32_t count = 0, image_count = 0;
-    AUTO(vw_ledger_close)
-    struct vw_ledger *ledger = test_ledger_open(temporary_path(temporary_path(*state, "whole"), "ledger.db"));
-    ASSERT_OK(vw_ledger_get_scores(ledger, &scores, &count));
-    ASSERT_OK(vw_ledger_get_images(ledger, &images, &image_count));
-    struct vw_selection_params params = {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 2};
-    ASSERT_OK(vw_selection_make(scores, count, images, image_count, &params, &selection));
-    assert_int_equal(selection.count, 2);
-    vw_selection_free(&selection);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(absolute); i++) {
-        params.rule = absolute[i];
-        ASSERT_FAILS(vw_selection_make(scores, count, images, image_count, &params, &selection), VW_ERROR_USAGE,
-                     "only differences");
-    }
 }
 
 TEST_GROUP(set_up, tear_down)

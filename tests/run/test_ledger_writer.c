@@ -1,8 +1,7 @@
 // The writer gives the ledger that plain appends give, takes no more than it may, and tells of failures.
-// wrap: vw_ledger_append pthread_create
+// wrap: vw_ledger_append
 #include "support/ledger_fixture.h"
 
-#include <errno.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <time.h>
@@ -11,7 +10,8 @@
 
 enum { SUBMISSION = 3, RECORDS_MOST = 21, PATIENCE_S = 5 };
 
-// ---- A disk that stands still or fails when told to, and a machine without threads ----------------------------------
+// ---- A disk that stands still or fails when told to
+// ------------------------------------------------------------------
 
 static struct {
     pthread_mutex_t lock;
@@ -20,15 +20,11 @@ static struct {
     uint32_t transactions; // begun since it was set
     uint64_t fails_at;     // the step that a failing submission begins with; 0: none
 } disk = {.lock = PTHREAD_MUTEX_INITIALIZER, .opened = PTHREAD_COND_INITIALIZER};
-static bool no_threads;
 
-typedef void *thread_function(void *context);
 enum vw_status __real_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                        const uint32_t *validation_views);
 enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                        const uint32_t *validation_views);
-int __real_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, thread_function *start, void *context);
-int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, thread_function *start, void *context);
 
 enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                        const uint32_t *validation_views) {
@@ -43,10 +39,6 @@ enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw
     pthread_mutex_unlock(&disk.lock);
     return fails ? vw_fail(VW_ERROR_IO, "the disk is gone; get another")
                  : __real_vw_ledger_append(ledger, records, count, validation_views);
-}
-
-int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, thread_function *start, void *context) {
-    return no_threads ? EAGAIN : __real_pthread_create(thread, attributes, start, context);
 }
 
 static void set_disk(bool closed, uint64_t fails_at) {
@@ -132,23 +124,15 @@ static void assert_has(const struct writing *writing, const char *folder, uint32
     remove(path);
 }
 
-static void write_all(const char *folder) {
-    struct writing writing = begin(folder);
+// ---- Tests ----------------------------------------------------------------------------------------------------------
+
+FOLDER_TEST(writes_the_rows_that_plain_appends_write) {
+    struct writing writing = begin(*state);
     while (writing.added < writing.recording->count) ASSERT_OK(add(&writing));
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
     assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, writing.recording->count - 1);
-    assert_has(&writing, folder, writing.recording->count);
+    assert_has(&writing, *state, writing.recording->count);
     end(&writing);
-}
-
-// ---- Tests ----------------------------------------------------------------------------------------------------------
-
-FOLDER_TEST(writes_the_rows_that_plain_appends_write) { write_all(*state); }
-
-FOLDER_TEST(writes_without_threads) {
-    no_threads = true;
-    write_all(*state);
-    no_threads = false;
 }
 
 FOLDER_TEST(what_waits_is_written_when_it_ends) {

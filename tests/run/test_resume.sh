@@ -110,21 +110,7 @@ check "a finished run is stopped while it is extended" interrupt_extension
 check "its scores are those of the steps so far" verifies extended
 check "and more than none" test "$(query extended 'SELECT count(*) FROM score')" -gt 0
 
-# Two processes that go on with the same run: the ledger stays whole, and can be gone on with.
-both() {
-    copy short both
-    local first second
-    value both "$epochs" --resume >/dev/null 2>"$folder/first" &
-    first=$!
-    value both "$epochs" --resume >/dev/null 2>"$folder/second" &
-    second=$!
-    wait "$first" "$second"
-    verifies both && run value both "$epochs" --resume && verifies both
-}
-check "two processes in one folder do no harm" both
-check "and the run is the one it would have been" same_run whole both
-
 mkdir "$folder/left" && echo x >"$folder/left/ledger.db-journal"
-check "the journal of a removed ledger is refused" fails 2 'ledger.db-journal: belongs to a removed file; remove it' value left 3
+check "the journal of a removed ledger is refused" fails 2 'ledger.db-journal: is left of another file; remove it' value left 3
 check "a head is 64 digits" fails 2 '64 hexadecimal digits' verify short --expect zzz
 conclude "$@"

@@ -77,7 +77,7 @@ copy && cp "$folder/more/field.vwf" "$folder/copy"
 check "value fails without the run's field" fails 1 'field.vwf: is not the field that the run ended with' value copy --resume
 check "worth, too" fails 1 'field.vwf: is not the field that the run ended with' "$program" worth "$folder/copy" --retrainings 8 --quiet
 copy && rm "$folder/copy/map.json" && mkdir "$folder/copy/map.json"
-check "value fails without a map" fails 1 'map.json: cannot remove' value copy --resume
+check "value refuses a folder in place of a map" fails 2 'map.json: is not a file' value copy --resume
 copy && echo '{' >"$folder/copy/compare.json"
 check "value fails without a report" fails 2 'no report: .*compare.json: line 2' value copy --resume
 check "and leaves no list" test ! -e "$folder/copy/SHA256SUMS"

@@ -9,7 +9,7 @@
 #include "base/memory.h"
 #include "lab/gradients/gradient_methods.h"
 #include "lab/methods/gradient_store.h"
-#include "run/recorded/replayed_run.h"
+#include "run/recorded/recorded_run.h"
 
 struct work {
     const struct vw_gradient_scores_params *params;

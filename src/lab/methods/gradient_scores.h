@@ -20,7 +20,7 @@ struct vw_gradient_scores_params {
 // Fills scores[method][photo], photos of the split train in ascending order, more = better, in dB, for the methods
 // whose scores are not NULL; NaN where a method has found none. `seconds`: the CPU time of their passes, as it was when
 // they were computed; NULL: not asked for. VW_ERROR_USAGE, with the remedy, for a run that no method follows
-// (run/recorded/replayed_run.h, lab/gradients/gradient_methods.h); VW_ERROR_MISMATCH when a replayed step is not the
+// (run/recorded/recorded_run.h, lab/gradients/gradient_methods.h); VW_ERROR_MISMATCH when a replayed step is not the
 // recorded one.
 enum vw_status vw_gradient_scores_make(const struct vw_gradient_scores_params *params,
                                        double *const scores[VW_GRADIENT_METHODS], double seconds[VW_GRADIENT_METHODS]);

@@ -5,7 +5,7 @@
 #ifndef VIEWWORTH_RUN_LASTING_LASTING_H
 #define VIEWWORTH_RUN_LASTING_LASTING_H
 
-#include "run/recorded/replayed_run.h"
+#include "run/recorded/recorded_run.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"
 

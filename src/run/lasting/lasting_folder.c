@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "run/devices.h"
 #include "run/lasting/lasting.h"
-#include "run/recorded/replayed_run.h"
+#include "run/recorded/recorded_run.h"
 #include "run/run.h"
 
 static enum vw_status run_backward(const struct vw_run_params *params, const struct vw_recorded_run *recorded) {

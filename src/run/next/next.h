@@ -1,8 +1,7 @@
 // Places that are proposed for the next photos of a finished run, and next.json, which has them for a report.
 //
-// Places are made (candidates.c) or read from a file; some of them are chosen, one after another (choice.c). The same
-// OUT has the same proposals on the same device, bit for bit. next.json decides nothing, so no hash binds it: the
-// report checks it as a stranger's file.
+// Places are made (candidates.c) or read from a file; some of them are chosen, one after another (propose.c). The same
+// OUT has the same proposals on the same device, bit for bit. next.json decides nothing, so no hash binds it.
 #ifndef VIEWWORTH_RUN_NEXT_NEXT_H
 #define VIEWWORTH_RUN_NEXT_NEXT_H
 
@@ -50,10 +49,8 @@ enum vw_status vw_next_make(const struct vw_next_params *params, struct vw_next 
 void vw_next_free(struct vw_next *next);
 
 // Makes {"scene_hash": hex, "proposals": [...]}. A proposal has its members, position and unit direction of view in
-// world coordinates, camera_to_world and its render. NULL when memory is short.
+// world coordinates, camera_to_world and its render. NULL when memory is short. next.json also has "pictures": renders
+// of the first proposals, WebP files in base64.
 json_t *vw_proposals_to_json(const struct vw_next *next);
-// Checks such a file of a stranger, for a page. It may also have "pictures": renders of the first proposals, WebP files
-// in base64. VW_ERROR_INPUT names the file and what is wrong; `path` is for messages.
-enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count);
 
 #endif

@@ -1,5 +1,4 @@
 #include <errno.h>
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,14 +11,12 @@
 #include "image/image.h"
 #include "run/next/next_private.h"
 #include "run/out_files.h"
-#include "scene/builder.h"
 #include "scene/formats/ply.h"
 #include "scene/formats/transforms.h"
 #include "train/trainer.h"
 
-enum { RENDER_SIDE_MOST_PX = 480 };       // a WebP file of noise, too, is then below VW_WEBP_TEXT_LIMIT_BYTES
-enum { PICTURES_MOST = 20 };              // so that pages stay small
-static const double DIRECTION_MOST = 1.1; // a unit vector, rounded
+enum { RENDER_SIDE_MOST_PX = 480 }; // a WebP file of noise, too, is then below VW_WEBP_TEXT_LIMIT_BYTES
+enum { PICTURES_MOST = 20 };        // so that pages stay small
 
 // ---- next.json -----------------------------------------------------------------------------------------------------
 
@@ -41,36 +38,6 @@ json_t *vw_proposals_to_json(const struct vw_next *next) {
     for (uint32_t k = 0; k < next->proposal_count; k++)
         vw_json_append(&proposals, proposal_to_json(&next->proposals[k], k));
     return json_pack("{s:s, s:o}", "scene_hash", next->scene_hash, "proposals", proposals);
-}
-
-static void check_proposal(struct vw_json_reader *reader, const json_t *proposal, void *context) {
-    static const char *const texts[] = {"reason", "nearest", "move"}, *const numbers[] = {"seen_by", "distance"};
-    double position[] = {NAN, NAN, NAN}, direction[] = {NAN, NAN, NAN}; // NaN: the key is required
-    (void)context;
-    vw_json_numbers(reader, proposal, "position", -VW_POSITION_MOST_WORLD, VW_POSITION_MOST_WORLD, position, 3);
-    vw_json_numbers(reader, proposal, "direction", -DIRECTION_MOST, DIRECTION_MOST, direction, 3);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++)
-        if (!json_is_string(json_object_get(proposal, texts[i]))) vw_json_refuse(reader, texts[i], "expected a text");
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++)
-        vw_json_number(reader, proposal, numbers[i], 0, DBL_MAX, &(double){NAN});
-}
-
-enum vw_status vw_proposals_check(const char *path, json_t *file, const char *scene_hash, uint32_t image_count) {
-    struct vw_json_reader reader = {.path = path};
-    const json_t *pictures = json_object_get(file, "pictures");
-    const char *hash = "";
-    (void)image_count; // a proposal is of no photo
-    vw_json_text(&reader, file, "scene_hash", &hash);
-    if (strcmp(hash, scene_hash) != 0)
-        vw_json_refuse(&reader, "scene_hash", "is of another scene than the ledger; propose again by viewworth next");
-    vw_json_each(&reader, file, "proposals", VW_CAMERA_PATH_FRAMES_MOST, check_proposal, NULL);
-    size_t count = json_array_size(pictures), most = json_array_size(json_object_get(file, "proposals"));
-    if (pictures && (!json_is_array(pictures) || count > PICTURES_MOST || count > most))
-        vw_json_refuse(&reader, "pictures", "expected an array of at most %d renders of places", PICTURES_MOST);
-    for (size_t i = 0; i < count; i++)
-        if (!vw_is_webp_text(json_string_value(json_array_get(pictures, i))))
-            vw_json_refuse(&reader, "pictures", "number %zu is not a WebP file in base64", i + 1);
-    return reader.status;
 }
 
 // ---- Renders -------------------------------------------------------------------------------------------------------

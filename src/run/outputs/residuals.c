@@ -154,23 +154,15 @@ static enum vw_status encode(const struct vw_panes *panes, double *psnr_db, void
     return status;
 }
 
-static enum vw_status make_picture(const struct vw_residuals_params *params, uint32_t view, uint32_t height_px,
-                                   double *psnr_db, void **data, size_t *size_bytes) {
-    struct vw_panes panes = {0};
-    enum vw_status status = vw_panes_make(&params->panes, view, height_px, &panes);
-    if (!status) status = encode(&panes, psnr_db, data, size_bytes);
-    vw_panes_free(&panes);
-    return status;
-}
-
-// ---- Writing -------------------------------------------------------------------------------------------------------
-
 // Makes a picture as base64, owned by the caller.
 static enum vw_status make_text(const struct vw_residuals_params *params, uint32_t view, uint32_t height_px,
                                 double *psnr_db, char **text) {
+    struct vw_panes panes = {0};
     void *data = NULL;
     size_t size_bytes = 0;
-    enum vw_status status = make_picture(params, view, height_px, psnr_db, &data, &size_bytes);
+    enum vw_status status = vw_panes_make(&params->panes, view, height_px, &panes);
+    if (!status) status = encode(&panes, psnr_db, &data, &size_bytes);
+    vw_panes_free(&panes);
     if (status) return status;
     *text = vw_webp_to_text(data, size_bytes);
     free(data);
@@ -258,20 +250,4 @@ enum vw_status vw_residuals_make(const struct vw_residuals_params *params, json_
     vw_json_set(&made, "photos", photos);
     *residuals = made;
     return status;
-}
-
-// ---- Reading -------------------------------------------------------------------------------------------------------
-
-const char *vw_residuals_find_broken(const json_t *residuals, uint32_t image_count) {
-    const json_t *photos = json_object_get(residuals, "photos");
-    if (!json_is_array(photos) || json_array_size(photos) > VW_RESIDUALS_MAX) return "photos";
-    for (size_t i = 0; i < json_array_size(photos); i++) {
-        const json_t *photo = json_array_get(photos, i), *image = json_object_get(photo, "image"),
-                     *psnr = json_object_get(photo, "psnr");
-        if (!json_is_integer(image) || json_integer_value(image) < 0 || json_integer_value(image) >= image_count)
-            return "image";
-        if (!json_is_number(psnr) && !json_is_null(psnr)) return "psnr";
-        if (!vw_is_webp_text(json_string_value(json_object_get(photo, "picture")))) return "picture";
-    }
-    return NULL;
 }

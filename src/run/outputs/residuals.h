@@ -65,7 +65,4 @@ struct vw_residuals_params {
 // The caller drops the reference, also after a failure; NULL when memory is short.
 enum vw_status vw_residuals_make(const struct vw_residuals_params *params, json_t **residuals);
 
-// Returns the key that is not as in residuals of `image_count` images; NULL: none.
-const char *vw_residuals_find_broken(const json_t *residuals, uint32_t image_count);
-
 #endif

@@ -10,7 +10,6 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "report/advice.h"
-#include "run/next/next.h"
 #include "run/out_files.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/residuals.h"
@@ -89,8 +88,12 @@ enum vw_status vw_results_write_files(const struct vw_results *results, const st
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// Reads a file, if it is there. The caller drops the reference, also after a failure.
-static enum vw_status read_json(const char *out, const char *name, json_t **value) {
+// Reads a file, if it is there, and refuses one of another scene or without an array that the page needs. SHA256SUMS
+// tells whether it was changed; the page takes what is in the arrays for data. The caller drops the reference, also
+// after a failure.
+static enum vw_status read_json(const char *out, const char *name, const struct vw_results *results,
+                                const char *const *arrays, size_t array_count, json_t **value) {
+    static const char remedy[] = "remove it, or value the photos again";
     json_error_t error;
     void *text = NULL;
     size_t size_bytes = 0;
@@ -99,65 +102,32 @@ static enum vw_status read_json(const char *out, const char *name, json_t **valu
     if (!status && !(*value = vw_json_load(text, size_bytes, 0, &error)))
         status = vw_fail(VW_ERROR_INPUT, "%s/%s: line %d: %s", out, name, error.line, error.text);
     free(text);
-    return status;
-}
-
-// Refuses what is of another scene, or has the key `broken` (NULL: none). A file that is not there is neither.
-static enum vw_status check(const char *out, const char *name, const json_t *value, const struct vw_results *results,
-                            const char *broken) {
-    static const char remedy[] = "remove it, or value the photos again";
-    const char *hash = json_string_value(json_object_get(value, "scene_hash"));
-    if (!value) return VW_OK;
+    if (status) return status;
+    const char *hash = json_string_value(json_object_get(*value, "scene_hash"));
     if (!hash || strcmp(hash, results->row.scene_hash) != 0)
         return vw_fail(VW_ERROR_INPUT, "%s/%s: is of another scene than the ledger; %s", out, name, remedy);
-    if (!broken) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s/%s: %s: is not what the ledger's photos need; %s", out, name, broken, remedy);
-}
-
-// Returns whether a list has `count` triples of numbers; null means a number that is not finite.
-static bool has_triples(const json_t *map, const char *key, size_t count) {
-    const json_t *array = json_object_get(map, key);
-    bool fits = json_is_array(array) && json_array_size(array) == 3 * count;
-    for (size_t i = 0; fits && i < 3 * count; i++) {
-        const json_t *number = json_array_get(array, i);
-        fits = json_is_number(number) || json_is_null(number);
-    }
-    return fits;
-}
-
-// Returns whether each image has a word that advice knows, or none. A map of an earlier version has no list.
-static bool has_reasons(const json_t *array, size_t count) {
-    bool fits = !array || (json_is_array(array) && json_array_size(array) == count);
-    for (size_t i = 0; fits && i < json_array_size(array); i++) {
-        const json_t *reason = json_array_get(array, i);
-        fits = json_is_null(reason) || vw_advice_known_reason(json_string_value(reason));
-    }
-    return fits;
-}
-
-// Returns the key that is not as in a map of `image_count` images; NULL: none.
-static const char *find_broken(const json_t *map, uint32_t image_count) {
-    size_t point_count = json_array_size(json_object_get(map, "points")) / 3;
-    if (!has_triples(map, "up", 1)) return "up";
-    if (!has_triples(map, "positions", image_count)) return "positions";
-    if (!has_triples(map, "directions", image_count)) return "directions";
-    if (point_count > VW_SCENE_MAP_POINTS_MAX || !has_triples(map, "points", point_count)) return "points";
-    return has_reasons(json_object_get(map, "reasons"), image_count) ? NULL : "reasons";
+    for (size_t i = 0; i < array_count; i++)
+        if (!json_is_array(json_object_get(*value, arrays[i])))
+            return vw_fail(VW_ERROR_INPUT, "%s/%s: %s: is not an array; %s", out, name, arrays[i], remedy);
+    return VW_OK;
 }
 
 static enum vw_status read_reconstruction(const char *out, struct vw_results *results) {
     json_t *json = NULL;
     struct vw_reconstruction *read = &results->reconstruction;
-    enum vw_status status = read_json(out, VW_RECONSTRUCTION_FILE, &json);
-    const char *broken = json ? vw_reconstruction_from_json(json, read) : NULL;
-    if (json && !broken && read->view_count > results->input.image_count) broken = "views";
-    if (!status) status = check(out, VW_RECONSTRUCTION_FILE, json, results, broken);
+    enum vw_status status = read_json(out, VW_RECONSTRUCTION_FILE, results, NULL, 0, &json);
+    const char *broken = json && !status ? vw_reconstruction_from_json(json, read) : NULL;
+    if (broken)
+        status = vw_fail(VW_ERROR_INPUT,
+                         "%s/" VW_RECONSTRUCTION_FILE ": %s: is not what a run writes; remove it, or value "
+                         "the photos again",
+                         out, broken);
     if (!json || status) *read = vw_reconstruction_unknown;
     json_decref(json);
     return status;
 }
 
-// Reads the reasons of photos from the checked map.
+// Reads the reasons of photos from the map: words that advice knows.
 static enum vw_status read_reasons(struct vw_results *results) {
     const json_t *reasons = json_object_get(results->map, "reasons");
     results->reasons = vw_allocate(results->input.image_count, sizeof *results->reasons);
@@ -167,26 +137,18 @@ static enum vw_status read_reasons(struct vw_results *results) {
 }
 
 enum vw_status vw_results_read_next(const char *out, bool no_photos, struct vw_results *results) {
-    enum vw_status status = read_json(out, VW_NEXT_FILE, &results->next);
-    char *path = vw_path_join(out, VW_NEXT_FILE);
-    if (!status && results->next)
-        status = path ? vw_proposals_check(path, results->next, results->row.scene_hash, results->input.image_count)
-                      : VW_ERROR_MEMORY;
+    static const char *const arrays[] = {"proposals"};
+    enum vw_status status = read_json(out, VW_NEXT_FILE, results, arrays, VW_ARRAY_COUNT(arrays), &results->next);
     if (no_photos) json_object_del(results->next, "pictures");
-    free(path);
     return status;
 }
 
 enum vw_status vw_results_read_files(const char *out, bool no_photos, struct vw_results *results) {
-    uint32_t count = results->input.image_count;
-    enum vw_status status = read_json(out, VW_SCENE_MAP_FILE, &results->map);
-    if (!status) status = check(out, VW_SCENE_MAP_FILE, results->map, results, find_broken(results->map, count));
+    static const char *const of_map[] = {"up", "positions", "directions", "points"}, *const of_residuals[] = {"photos"};
+    enum vw_status status = read_json(out, VW_SCENE_MAP_FILE, results, of_map, VW_ARRAY_COUNT(of_map), &results->map);
     if (!status) status = read_reasons(results);
     if (!status) status = read_reconstruction(out, results);
     if (!status) status = vw_results_read_next(out, no_photos, results);
     if (status || no_photos) return status;
-    status = read_json(out, VW_RESIDUALS_FILE, &results->residuals);
-    return status ? status
-                  : check(out, VW_RESIDUALS_FILE, results->residuals, results,
-                          vw_residuals_find_broken(results->residuals, count));
+    return read_json(out, VW_RESIDUALS_FILE, results, of_residuals, VW_ARRAY_COUNT(of_residuals), &results->residuals);
 }

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "run/lasting/lasting.h"
-#include "run/recorded/replayed_run.h"
+#include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 
 static enum vw_status open_scene(const struct vw_repeat_params *params) {
@@ -103,12 +103,8 @@ static enum vw_status make_pass(const struct vw_repeat_params *params, struct vw
     enum vw_status status = vw_recorded_create_trainer(run, true, &trainer);
     vw_trainer_destroy(&trainer);
     if (status) return status;
-    const struct vw_trainer_params training = {.gpu = run->gpu,
-                                               .scene = run->scene,
-                                               .config = &run->config,
-                                               .effects = run->effects,
-                                               .effect_count = run->effect_count,
-                                               .validate = true};
+    struct vw_trainer_params training = vw_recorded_trainer_params(run);
+    training.validate = true;
     const struct vw_backward_params pass = {
         .training = &training,
         .recorded = {run->ledger_path, params->input->records, params->input->record_count},
