@@ -54,10 +54,12 @@ enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t ray
 
 void vw_evaluator_destroy(struct vw_evaluator *evaluator) {
     vw_submission_destroy(&evaluator->submission);
-    const struct vw_renderer_kind *renderer = evaluator->field ? evaluator->field->model->renderer : NULL;
-    if (renderer) renderer->evaluation->destroy(evaluator);
+    if (evaluator->of_renderer && evaluator->field->model->renderer->evaluation->destroy)
+        evaluator->field->model->renderer->evaluation->destroy(evaluator);
     vw_gpu_objects_destroy(&evaluator->objects);
+    free(evaluator->of_renderer);
     free(evaluator->views);
+    evaluator->of_renderer = NULL;
     evaluator->views = NULL;
 }
 

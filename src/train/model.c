@@ -21,7 +21,8 @@ _Static_assert((int)RANDOM_PIXEL == VW_RANDOM_PIXEL && (int)RANDOM_JITTER == VW_
                    (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND && (int)RANDOM_IMPORTANCE == VW_RANDOM_IMPORTANCE,
                "random purposes differ");
 
-static void specialise(const struct vw_config *config, struct vw_model *model) {
+static void specialise(struct vw_model *model) {
+    const struct vw_config *config = model->config;
     struct vw_specialization *s = &model->specialization;
     s->training = 1;
     s->loss = config->loss;
@@ -36,8 +37,9 @@ static void specialise(const struct vw_config *config, struct vw_model *model) {
 }
 
 // Chooses the background. A learned sky replaces it; no other colour may then be the target's.
-static void choose_background(const struct vw_config *config, struct vw_specialization *s) {
-    bool random = config->background == VW_BACKGROUND_RANDOM && !s->effect_sky;
+static void choose_background(struct vw_model *model) {
+    struct vw_specialization *s = &model->specialization;
+    bool random = model->config->background == VW_BACKGROUND_RANDOM && !s->effect_sky;
     if (s->effect_background) s->effect_background = random ? BACKGROUND_RANDOM : BACKGROUND_FIXED;
 }
 
@@ -47,24 +49,22 @@ static void list_effects(struct vw_model *model) {
             model->effects[model->effect_count++] = vw_effect_kinds[i];
 }
 
-static void lay_out_effect_columns(const struct vw_config *config, bool followed, struct vw_model *model) {
+static void lay_out_effect_columns(bool followed, struct vw_model *model) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->lay_out_columns && (kind->adjoint == VW_ADJOINT_FOLLOWS) == followed)
-            kind->lay_out_columns(config, model);
+        if (kind->lay_out_columns && (kind->adjoint == VW_ADJOINT_FOLLOWS) == followed) kind->lay_out_columns(model);
     }
 }
 
 // Lays out all params. Columns that lasting credit goes back to come first.
-static void lay_out(const struct vw_config *config, const struct vw_scene *scene, uint64_t trained_views,
-                    struct vw_model *model) {
-    model->renderer->lay_out(config, scene, model);
+static void lay_out(const struct vw_scene *scene, uint64_t trained_views, struct vw_model *model) {
+    model->renderer->lay_out(scene, model);
     model->specialization.field_columns = model->moved_columns = model->weight_columns;
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
-    lay_out_effect_columns(config, true, model);
+    lay_out_effect_columns(true, model);
     model->followed_columns = model->moved_columns;
     if (model->renderer->lay_out_unfollowed) model->renderer->lay_out_unfollowed(model);
-    lay_out_effect_columns(config, false, model);
+    lay_out_effect_columns(false, model);
     for (uint32_t i = 0; i < model->effect_count; i++)
         if (model->effects[i]->lay_out_ranges) model->effects[i]->lay_out_ranges(model, trained_views);
 }
@@ -97,8 +97,8 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
                                .planned_steps =
                                    (uint64_t)(config->decay_epochs ? config->decay_epochs : config->epochs) * trained};
     struct vw_specialization *s = &model->specialization;
-    specialise(config, model);
-    if (model->renderer->specialise(config, model)) return VW_ERROR_MEMORY;
+    specialise(model);
+    if (model->renderer->specialise(model)) return VW_ERROR_MEMORY;
     vw_effects_specialise(verdicts, scene, s);
     list_effects(model);
     uint32_t effect_count;
@@ -106,9 +106,9 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     model->obeys_masks = vw_effects_obey_masks(scene, verdicts, effect_count);
     model->box = scene->box;
     if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
-    choose_background(config, s);
-    lay_out(config, scene, trained, model);
-    return model->renderer->fit(config, choices, limits, model);
+    choose_background(model);
+    lay_out(scene, trained, model);
+    return model->renderer->fit(choices, limits, model);
 }
 
 void vw_model_destroy(struct vw_model *model) {

@@ -108,17 +108,18 @@ static enum vw_status allocate_places(struct vw_step_passes *step) {
     return VW_OK;
 }
 
-enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
-                              struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
-                              struct vw_device_photos *photos, struct vw_step_passes *step) {
+enum vw_status vw_step_create(struct vw_radiance_field *field, struct vw_photo_order *photo_order,
+                              struct vw_buffer *pixels, struct vw_buffer *scalars, struct vw_device_photos *photos,
+                              struct vw_step_passes *step) {
+    uint32_t rays = field->model->config->rays;
     *step = (struct vw_step_passes){.field = field,
                                     .objects = {.gpu = field->gpu},
                                     .photo_order = photo_order,
                                     .pixels = pixels,
                                     .scalars = scalars,
                                     .photos = photos,
-                                    .rays = config->rays,
-                                    .padded_rays = vw_model_pad_rays(field->model, config->rays)};
+                                    .rays = rays,
+                                    .padded_rays = vw_model_pad_rays(field->model, rays)};
     enum vw_status status = allocate_places(step);
     if (!status) status = create_buffers(step);
     if (!status) status = field->model->renderer->step->create_passes(step);
@@ -130,11 +131,14 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
 
 void vw_step_destroy(struct vw_step_passes *step) {
     if (step->field) vw_effects_destroy_extras(step->field->model, step);
-    if (step->field) step->field->model->renderer->step->destroy(step);
+    if (step->of_renderer && step->field->model->renderer->step->destroy)
+        step->field->model->renderer->step->destroy(step);
     vw_gpu_objects_destroy(&step->objects);
+    free(step->of_renderer);
     free(step->drawn);
     free(step->counted);
-    step->drawn = NULL; // who could not create a step destroys it once more
+    step->of_renderer = NULL; // who could not create a step destroys it once more
+    step->drawn = NULL;
     step->counted = NULL;
 }
 

@@ -61,9 +61,9 @@ void vw_ray_passes_record_end(const struct vw_ray_passes *passes, struct vw_subm
 // Creates the passes. `photo_order` says of which photos the steps are. `pixels` has room for vw_pixel of many steps,
 // `scalars` takes vec4 rows. `photos` are those that the device draws pixels from, into its own memory; NULL: the host
 // draws them, and `pixels` is mapped. All outlive the passes.
-enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
-                              struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
-                              struct vw_device_photos *photos, struct vw_step_passes *step);
+enum vw_status vw_step_create(struct vw_radiance_field *field, struct vw_photo_order *photo_order,
+                              struct vw_buffer *pixels, struct vw_buffer *scalars, struct vw_device_photos *photos,
+                              struct vw_step_passes *step);
 void vw_step_destroy(struct vw_step_passes *step);
 
 // Decodes photos, and brings them to the device where it draws.

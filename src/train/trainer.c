@@ -213,8 +213,8 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
         photos = vw_submissions_take_photos(submissions, trainer->gpu, trainer->scene);
     if (!status) status = create_transfers(trainer, photos, params->steps_per_submission);
     if (!status)
-        status = vw_step_create(&trainer->field, &trainer->config, &trainer->photo_order, trainer->pixels,
-                                trainer->scalars, photos, &trainer->step);
+        status = vw_step_create(&trainer->field, &trainer->photo_order, trainer->pixels, trainer->scalars, photos,
+                                &trainer->step);
     if (!status) status = create_validation(trainer);
     trainer->parts = list_parts(trainer);
     return !status ? join_submissions(trainer, submissions) : status;

@@ -19,7 +19,7 @@ struct vw_trainer;
 struct vw_trainer_params {
     struct vw_gpu *gpu;             // outlives the trainer
     const struct vw_scene *scene;   // outlives the trainer; its split val is not empty when `validate` is set
-    const struct vw_config *config; // copied
+    const struct vw_config *config; // checked and copied; all parts of the trainer point to the copy
     const uint32_t *train_views;    // views to train on: scene indices, ascending; copied. NULL: the split train
     uint32_t train_view_count;
     // Train views that are left out: their steps are taken on the others, in turn, so that trainings with and

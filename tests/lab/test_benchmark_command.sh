@@ -87,24 +87,6 @@ check "a benchmark of photos that are all sound" evaluate_sound
 check "has the curve of random orders" test "$(curve random)" = 1
 check "and none of a ground truth that is the same for all" test "$(curve ground_truth)" = 0
 
-# ---- Exact values ----
-
-evaluate_all() { benchmark exact --epochs 2 --subsets all --retraining-seeds 1 --valued-seeds 1 --curves none; }
-exact_row() { grep -c "^$folder/tiny.json,$1," "$folder/exact/benchmark.csv"; }
-check "a benchmark of all subsets" evaluate_all
-check "trains on each of 64" test "$(ask exact 'SELECT count(*) FROM (SELECT DISTINCT views FROM retraining)')" = 64
-check "of which one is the untrained field" test "$(ask exact "SELECT count(*) FROM retraining WHERE view_count = 0")" = 1
-check "exact values of all photos" test "$(wc -l <"$folder/exact/exact.csv")" = 7
-check "with their header" grep -q '^name,shapley_db,banzhaf_db,leave_one_out_db,test_shapley_db,' "$folder/exact/exact.csv"
-for wanted in exact_shapley/val_psnr,dv_psnr exact_banzhaf/test_psnr,subset_worth exact_leave_one_out_pearson/val_psnr,random; do
-    check "a row $wanted" test "$(exact_row "$wanted")" = 1
-done
-# What all photos gain over the untrained field is divided among them.
-check "Shapley values add up" test "$(ask exact "SELECT round(
-    (SELECT val_psnr FROM retraining WHERE view_count = 6 AND seed = 1) -
-    (SELECT val_psnr FROM retraining WHERE view_count = 0) -
-    $(awk -F, 'NR > 1 {sum += $2} END {printf "%.12f", sum}' "$folder/exact/exact.csv"), 6) = 0")" = 1
-
 # ---- Refusals ----
 
 refused() { benchmark_it refused "$@"; }

@@ -25,6 +25,14 @@ for method in tmc_shapley_N tmc_shapley_9 data_banzhaf_2 data_banzhaf_N leave_on
     done
     check "  within its budget" at_least "$(value cost/trainings "$method")" "$(budget=${method##*_} && echo "${budget/N/8}")"
 done
+check "the untrained field is one of 256 subsets" test "$(ask 'SELECT count(*) FROM retraining WHERE view_count = 0 AND seed = 1')" = 1
+check "exact values of all photos" test "$(wc -l <"$folder/all/exact.csv")" = 9
+check "with their header" grep -q '^name,shapley_db,banzhaf_db,leave_one_out_db,test_shapley_db,' "$folder/all/exact.csv"
+# What all photos gain over the untrained field is divided among them.
+check "Shapley values add up" test "$(ask "SELECT round(
+    (SELECT val_psnr FROM retraining WHERE view_count = 8 AND seed = 1) -
+    (SELECT val_psnr FROM retraining WHERE view_count = 0 AND seed = 1) -
+    $(awk -F, 'NR > 1 {sum += $2} END {printf "%.12f", sum}' "$folder/all/exact.csv"), 6) = 0")" = 1
 check "an order of all photos takes one training for each" test "$(value cost/trainings tmc_shapley_N)" = 8
 check "an epoch takes a third of three" test "$(ask 'SELECT count(*) FROM retraining WHERE epochs = 1')" -ge 27
 check "a budget that is too small is left out" test -z "$(value cost/trainings tmc_shapley_2)$(value cost/trainings leave_one_out_N)"

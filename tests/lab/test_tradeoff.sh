@@ -67,8 +67,6 @@ rendered_psnr() { # rendered_psnr CONFIGURATION: mean over both seeds and both v
 }
 check "PSNR is what rendering the fields gives" near "$(metric base val_psnr)" "$(rendered_psnr base)" 0.01 # it prints two digits
 check "nor do whole photos at another size" test "$(metric downscale-4 val_psnr)" != "$(metric base val_psnr)"
-check "a run's seconds are its steps'" near "$(metric rays-2 run_seconds)" "$(metric rays-2 'steps * value_ms / 1000')"
-check "the ratio is that of the steps" near "$(metric rays-2 scoring_ratio)" "$(metric rays-2 'value_ms / train_ms')"
 run "$lab" reproduce "$folder/tiny.json" --out "$folder/whole/configurations/base" --seeds 2 "${tiny[@]}" --effects none
 for pair in pearson,seed_pearson spearman,seed_spearman; do
     check "seeds agree as reproduce has it: ${pair#*,}" near "$(metric base "${pair#*,}")" \

@@ -185,8 +185,8 @@ static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c)
     stop_unless(
         bench, vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 64}, &bench->scalars));
     stop_unless(bench, vw_photo_order_create(bench->scene, NULL, 0, &bench->config, &bench->photo_order));
-    stop_unless(bench, vw_step_create(&bench->field, &bench->config, &bench->photo_order, bench->pixel_buffer,
-                                      bench->scalars, NULL, &bench->step));
+    stop_unless(bench, vw_step_create(&bench->field, &bench->photo_order, bench->pixel_buffer, bench->scalars, NULL,
+                                      &bench->step));
     bench->volume = vw_volume_step_of(&bench->step);
     stop_unless(bench, vw_submission_create(gpu, &bench->submission));
     step_bench_write_params(bench);

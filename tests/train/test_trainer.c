@@ -15,17 +15,6 @@
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 
-// Decision 2: the same bits again, and for any grouping of the steps into submissions.
-TEST(a_run_repeats_bit_for_bit) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    struct test_run *first = test_run(scene, &config, true, 1);
-    assert_int_equal(first->count, 1 + 3 * 5);
-    const uint32_t sizes[] = {1, 2, 7, 64, 0};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(sizes); i++)
-        test_run_assert_same(first, test_run(scene, &config, true, sizes[i]));
-}
-
 // On a CPU, where many steps in a submission gain nothing, cheap ones take no more memory than 128 default ones.
 TEST(submissions_of_cheap_steps_stay_small) {
     struct vw_scene *scene = test_scene();
@@ -297,24 +286,6 @@ TEST(trainers_share_photos) {
     assert_null(submissions->photos); // the next trainer's scene may be at the address of this one
     struct vw_trainer *d = open_drawing(other, &config, true, submissions);
     assert_true(d->step.photos && d->step.photos->scene == other);
-}
-
-// A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders
-// black, as the photos are.
-TEST(a_perfect_match_is_floored) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    config.epochs = 1;
-    for (uint32_t i = 0; i < scene->view_count; i++) memset(scene->views[i].image.pixels, 0, 4 * 24 * 18);
-    for (uint32_t i = 0; i < scene->view_count; i++)
-        for (uint32_t p = 0; p < 24 * 18; p++) ((uint8_t *)scene->views[i].image.pixels)[4 * p + 3] = 255;
-    scene->box.centre_world[2] = 1e3; // out of sight
-    struct test_run *run = test_run(scene, &config, true, 0);
-    assert_near(run->records[0].val_psnr, 100.0, 1e-12);
-    assert_near(run->records[0].val_psnr_pooled, 100.0, 1e-12);
-    assert_int_equal(run->records[0].floored_views, TEST_VALS);
-    assert_false(run->records[0].nonfinite);
-    assert_int_equal(run->stats.floored_steps, run->count);
 }
 
 // --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.

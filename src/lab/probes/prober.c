@@ -16,8 +16,8 @@ enum vw_status vw_prober_create(struct vw_trainer *trainer, struct vw_prober *pr
         (struct vw_prober){.parts = parts, .zero_rate_model = *parts->field->model, .zero_rate_field = *parts->field};
     prober->zero_rate_model.specialization.learning_rate = 0.0f;
     prober->zero_rate_field.model = &prober->zero_rate_model;
-    enum vw_status status = vw_step_create(&prober->zero_rate_field, parts->config, parts->photo_order, parts->pixels,
-                                           parts->scalars, parts->step->photos, &prober->zero_rate_step);
+    enum vw_status status = vw_step_create(&prober->zero_rate_field, parts->photo_order, parts->pixels, parts->scalars,
+                                           parts->step->photos, &prober->zero_rate_step);
     if (!status) status = vw_snapshot_create(parts->step, &prober->snapshot);
     if (!status) status = vw_submission_create(parts->field->gpu, &prober->submission);
     return status ? status : vw_step_take_photos(parts->step, order->train_views, order->train_count);

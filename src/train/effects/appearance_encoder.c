@@ -44,10 +44,10 @@ static void draw_convolution(float *values, const struct vw_drawn *drawn, uint32
     vw_fill_weights(values, drawn, LAYER_BLOCKS * 4 * (uint64_t)inputs, sqrtf(6.0f / (float)(ENCODER_TAPS * inputs)));
 }
 
-static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
+static void lay_out_columns(struct vw_model *model) {
     uint32_t columns = VW_ENCODER_COLUMNS(model->specialization.width4);
     model->specialization.encoder_column = vw_model_append_columns(model, columns, 4 * (uint64_t)columns);
-    if (config->consistency_weight > 0.0) model->picture_side = (uint32_t)sqrt(config->rays);
+    if (model->config->consistency_weight > 0.0) model->picture_side = (uint32_t)sqrt(model->config->rays);
 }
 
 // Makes all codes 0 at first, so that the field starts as it would without them.

@@ -70,7 +70,7 @@ struct vw_effect_kind {
     // Params: columns that update_weights moves, after those of the field; then ranges, of which those of views of
     // other splits than train stay 0. Initial values are 0 except for what initialise() draws.
     uint32_t ranges[2]; // slots of the latter, 0: no more
-    void (*lay_out_columns)(const struct vw_config *config, struct vw_model *model);
+    void (*lay_out_columns)(struct vw_model *model);
     void (*lay_out_ranges)(struct vw_model *model, uint64_t trained_views);
     void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
 

@@ -68,8 +68,7 @@ struct vw_param_range vw_uncertainty_network(const struct vw_model *model) {
     return vw_model_columns(model, model->specialization.visibility_column, uncertainty.columns);
 }
 
-static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
-    (void)config;
+static void lay_out_columns(struct vw_model *model) {
     const struct network *network = network_of(model);
     model->specialization.visibility_column = vw_model_append_columns(model, network->columns, network->params);
 }

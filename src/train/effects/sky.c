@@ -4,8 +4,7 @@
 #include "train/effects/kind.h"
 #include "train/model.h"
 
-static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
-    (void)config;
+static void lay_out_columns(struct vw_model *model) {
     const uint64_t params = 3 * VW_SKY_COLUMNS; // the fourth number of a column is padding
     uint32_t first = vw_model_append_columns(model, VW_SKY_COLUMNS, params);
     model->ranges[VW_SLOT_SKY] = vw_model_columns(model, first, VW_SKY_COLUMNS);

@@ -27,7 +27,8 @@ static uint32_t encoding4_of(const struct vw_model *model) {
 
 // Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
 // begin at any level.
-static void lay_out_levels(const struct vw_config *config, struct vw_model *model) {
+static void lay_out_levels(struct vw_model *model) {
+    const struct vw_config *config = model->config;
     struct vw_volume_model *volume = vw_volume_of(model);
     uint64_t table = UINT64_C(1) << config->log2_table,
              alignment_pairs = VW_PARAMS_ALIGNMENT_BYTES / VW_GRID_PAIR_BYTES;
@@ -100,13 +101,14 @@ static void lay_out_weights(struct vw_model *model) {
     s->shift_stride = 4 * COLOUR4;
 }
 
-static void lay_out(const struct vw_config *config, struct vw_model *model) {
+static void lay_out(struct vw_model *model) {
+    const struct vw_config *config = model->config;
     struct vw_specialization *s = &model->specialization;
     s->levels = config->levels;
     s->feature_pairs = config->features / 2;
     s->table_mask = (1u << config->log2_table) - 1;
     s->width4 = config->width / 4;
-    lay_out_levels(config, model);
+    lay_out_levels(model);
     lay_out_weights(model);
     model->drawn_before_weights = 2 * (uint64_t)vw_volume_of(model)->pair_count;
 }
@@ -114,13 +116,13 @@ static void lay_out(const struct vw_config *config, struct vw_model *model) {
 // ---- Device ---------------------------------------------------------------------------------------------------------
 
 // Divides the grid into windows of whole levels, as many as one binding of 64-bit gradient words can contain.
-static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits,
-                                      struct vw_model *model) {
+static enum vw_status lay_out_windows(const struct vw_gpu_limits *limits, struct vw_model *model) {
     struct vw_volume_model *volume = vw_volume_of(model);
     uint32_t word_bytes = model->specialization.wide_gradient ? 16 : 8;
-    for (uint32_t level = 0; level < config->levels; level++) {
+    for (uint32_t level = 0; level < model->config->levels; level++) {
         uint32_t first = model->specialization.first_pair[level];
-        uint32_t end = level + 1 < config->levels ? model->specialization.first_pair[level + 1] : volume->pair_count;
+        uint32_t end =
+            level + 1 < model->config->levels ? model->specialization.first_pair[level + 1] : volume->pair_count;
         struct vw_grid_window *window = volume->window_count ? &volume->windows[volume->window_count - 1] : NULL;
         if (!window || (uint64_t)(end - window->first_pair) * word_bytes > limits->storage_binding_bytes) {
             window = &volume->windows[volume->window_count++];
@@ -144,13 +146,13 @@ static enum vw_scatter_form choose_scatter(enum vw_scatter_form wanted, const st
     return limits->int64_atomics && wanted != SCATTER_SPLIT_ATOMICS ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
 }
 
-static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct vw_model *model) {
+static enum vw_status fit(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                          struct vw_model *model) {
     struct vw_volume_model *volume = vw_volume_of(model);
     struct vw_specialization *s = &model->specialization;
     uint32_t picture_rays =
         vw_model_pad_rays(model, model->picture_side * model->picture_side); // add to the same entries
-    choose_fixed_point((vw_model_pad_rays(model, config->rays) + picture_rays) * s->samples, s);
+    choose_fixed_point((vw_model_pad_rays(model, model->config->rays) + picture_rays) * s->samples, s);
     volume->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
     bool grid_too_large = volume->grid.size_bytes > limits->storage_binding_bytes; // for a storage buffer
     s->grid_texel = (choices->grid_texel || grid_too_large) && volume->pair_count <= limits->texel_elements;
@@ -163,7 +165,7 @@ static enum vw_status fit(const struct vw_config *config, const struct vw_device
                        "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower "
                        "--width or --levels",
                        16 * own_columns(model), limits->shared_memory_bytes);
-    return lay_out_windows(config, limits, model);
+    return lay_out_windows(limits, model);
 }
 
 // ---- Initial values: grid uniform in +-1e-4, weights uniform for unit gain -----------

@@ -143,7 +143,8 @@ void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uin
 
 // ---- Layout ---------------------------------------------------------------------------------------------------------
 
-static void lay_out(const struct vw_config *config, struct vw_model *model) {
+static void lay_out(struct vw_model *model) {
+    const struct vw_config *config = model->config;
     struct vw_volume_model *volume = vw_volume_of(model);
     struct vw_specialization *s = &model->specialization;
     struct vw_mlp_list list;
@@ -168,10 +169,10 @@ static void lay_out(const struct vw_config *config, struct vw_model *model) {
     s->shift_stride = 1;
 }
 
-static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct vw_model *model) {
+static enum vw_status fit(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                          struct vw_model *model) {
     (void)choices;
-    model->specialization.gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
+    model->specialization.gradient_quantum = ADAM_EPSILON * (float)model->config->rays; // see adam.glsl
     uint64_t slices = model->specialization.chunk_samples / model->specialization.slice_samples,
              partials = 16 * vw_volume_of(model)->partial_columns * slices, moved = 16 * (uint64_t)model->moved_columns;
     if (moved > limits->storage_binding_bytes || partials > limits->storage_binding_bytes)

@@ -66,10 +66,10 @@ struct vw_field_kind {
     bool renders_in_rows; // it needs the rows of a training chunk to render, too
     // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has, and how
     // many columns a coarse network. The first to be called; the specialization has config and effects.
-    void (*lay_out)(const struct vw_config *config, struct vw_model *model);
+    void (*lay_out)(struct vw_model *model);
     // Lays out what depends on the device and on the samples of a chunk, which are known by then.
-    enum vw_status (*fit)(const struct vw_config *config, const struct vw_device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct vw_model *model);
+    enum vw_status (*fit)(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                          struct vw_model *model);
     // Initial values of both ranges, and of the range coarse.
     void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
     // Creates a set whose specialization is set.

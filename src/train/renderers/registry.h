@@ -30,7 +30,7 @@ struct vw_renderer_step {
     // Creates its buffers, then its passes, of a step. The step owns them.
     enum vw_status (*create_buffers)(struct vw_step_passes *step);
     enum vw_status (*create_passes)(struct vw_step_passes *step);
-    // Destroys what it has beyond the step's objects.
+    // Destroys what of_renderer owns beyond the step's objects; may be NULL.
     void (*destroy)(struct vw_step_passes *step);
     // Binds the buffers that its passes and those of effects share, after the first `*count`; may be NULL.
     void (*bind)(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count);
@@ -48,7 +48,7 @@ struct vw_renderer_step {
 struct vw_renderer_evaluation {
     // Creates what an evaluator needs from its pixels to their colours, `generate` included. The evaluator owns it.
     enum vw_status (*create)(struct vw_evaluator *evaluator);
-    void (*destroy)(struct vw_evaluator *evaluator);
+    void (*destroy)(struct vw_evaluator *evaluator); // likewise
     // Prepares for these pixels, which the evaluator has; may be NULL.
     enum vw_status (*take_pixels)(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
     // Records the rendering of all rays into colours.
@@ -58,14 +58,14 @@ struct vw_renderer_evaluation {
 struct vw_renderer_kind {
     bool depth_along_axis; // depths that it renders are along the camera's axis, else along the ray
     // Sets the constants and sizes that the params are laid out by. The first to be called.
-    enum vw_status (*specialise)(const struct vw_config *config, struct vw_model *model);
+    enum vw_status (*specialise)(struct vw_model *model);
     // Lays out the first params of the block: those that lasting credit goes back to, and, after the effects of which
     // this is true as well, those that it does not go back to (may be NULL).
-    void (*lay_out)(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model);
+    void (*lay_out)(const struct vw_scene *scene, struct vw_model *model);
     void (*lay_out_unfollowed)(struct vw_model *model);
     // Lays out what depends on the device.
-    enum vw_status (*fit)(const struct vw_config *config, const struct vw_device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct vw_model *model);
+    enum vw_status (*fit)(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                          struct vw_model *model);
     enum vw_status (*initialise)(const struct vw_model *model, const struct vw_scene *scene,
                                  const struct vw_drawn *drawn, void *params);
     // Creates what passes over a field need beyond its params, and binds it and the renderer's params for them, after

@@ -241,11 +241,4 @@ TEST(a_target_that_is_not_finite_skips_the_step) {
     assert_skipped(bench, false);
 }
 
-TEST(a_colour_that_is_not_finite_skips_the_step) {
-    struct splat_bench *bench = splat_bench_open(&(struct splat_case){"colour", .seed = 43, .log_scale = -1.5f});
-    *splat_bench_number(bench, 3, SPLAT_HARMONICS, 1) = NAN;
-    splat_bench_write(bench);
-    assert_skipped(bench, false);
-}
-
 TEST_GROUP(NULL, test_gpu_close)

@@ -76,14 +76,11 @@ static void destroy_sized(struct vw_splat_evaluation *splats) {
 
 static void destroy_evaluation(struct vw_evaluator *evaluator) {
     struct vw_splat_evaluation *splats = own_of(evaluator);
-    if (!splats) return;
     destroy_sized(splats);
     free(splats->parts);
     free(splats->views);
     free(splats->tiles);
     free(splats->pixels);
-    free(splats);
-    evaluator->of_renderer = NULL;
 }
 
 // ---- From pixels to tiles -------------------------------------------------------------------------------------------

@@ -15,7 +15,8 @@ enum {
 static const float ADAM_EPSILON = 1e-8f; // for effects
 static const double EXTENT_MARGIN = 1.1; // as Kerbl et al. have it
 
-static enum vw_status specialise(const struct vw_config *config, struct vw_model *model) {
+static enum vw_status specialise(struct vw_model *model) {
+    const struct vw_config *config = model->config;
     struct vw_specialization *s = &model->specialization;
     s->samples = s->strata = config->samples; // rays are divided into so many strata, which nothing samples
     s->learning_rate = (float)(VW_SPLAT_RATE_UNIT * config->learning_rate);
@@ -44,7 +45,8 @@ static double measure_extent(const struct vw_model *model, const struct vw_scene
     return extent > 0.0 ? extent : 1.0;
 }
 
-static void lay_out(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model) {
+static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
+    const struct vw_config *config = model->config;
     struct vw_splat_model *splats = model->of_renderer;
     splats->source_count = config->initial[0] ? 0 : vw_splats_count_points(model, scene);
     splats->count = config->splats         ? config->splats
@@ -59,9 +61,9 @@ static void lay_out(const struct vw_config *config, const struct vw_scene *scene
     model->param_count = numbers * splats->count;
 }
 
-static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct vw_model *model) {
-    (void)config, (void)choices;
+static enum vw_status fit(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                          struct vw_model *model) {
+    (void)choices;
     model->renderer_flags = 1;
     if (model->weights.offset_bytes <= limits->storage_binding_bytes) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--splats: %u splats exceed this device's binding range; take fewer",

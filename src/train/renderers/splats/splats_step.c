@@ -130,14 +130,11 @@ static enum vw_status create_step_passes(struct vw_step_passes *step) {
 
 static void destroy_step(struct vw_step_passes *step) {
     struct vw_splat_step *splats = own_of(step);
-    if (!splats) return;
     vw_splat_gradient_destroy(&splats->gradient);
     vw_splat_drawing_destroy(&splats->drawing);
     free(splats->listed);
     free(splats->photos);
     free(splats->drawn);
-    free(splats);
-    step->of_renderer = NULL;
 }
 
 static void training_state(const struct vw_step_passes *step, struct vw_buffer **buffers, uint32_t *count) {

@@ -17,7 +17,8 @@ static const uint64_t ROWS_BYTES_MAX = 1 << 28; // the rows of a chunk: enough s
 
 static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? greatest_common_divisor(b, a % b) : a; }
 
-static enum vw_status specialise(const struct vw_config *config, struct vw_model *model) {
+static enum vw_status specialise(struct vw_model *model) {
+    const struct vw_config *config = model->config;
     struct vw_specialization *s = &model->specialization;
     struct vw_volume_model *volume = model->of_renderer = vw_allocate(1, sizeof *volume);
     if (!volume) return VW_ERROR_MEMORY;
@@ -30,9 +31,9 @@ static enum vw_status specialise(const struct vw_config *config, struct vw_model
     return VW_OK;
 }
 
-static void lay_out(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model) {
+static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
     (void)scene;
-    vw_volume_of(model)->kind->lay_out(config, model);
+    vw_volume_of(model)->kind->lay_out(model);
 }
 
 static void lay_out_unfollowed(struct vw_model *model) {
@@ -50,11 +51,11 @@ static enum vw_status initialise(const struct vw_model *model, const struct vw_s
 }
 
 // Chooses whole groups of rays whose rows fit into one binding, and no more than a step has.
-static enum vw_status choose_chunk(const struct vw_config *config, const struct vw_device_choices *choices,
-                                   const struct vw_gpu_limits *limits, struct vw_model *model) {
+static enum vw_status choose_chunk(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                                   struct vw_model *model) {
     const struct vw_volume_model *volume = vw_volume_of(model);
     uint32_t samples = volume->ray_samples, chunk = choices->chunk_samples, group_samples = model->ray_group * samples,
-             step_samples = vw_model_pad_rays(model, config->rays) * samples;
+             step_samples = vw_model_pad_rays(model, model->config->rays) * samples;
     uint64_t row_bytes = (uint64_t)volume->row_bytes * volume->row_count,
              layer_row_bytes = (uint64_t)VW_LAYER_ROW_BYTES * volume->head_row_count,
              bytes = VW_ROWS_SIZE(row_bytes > layer_row_bytes ? row_bytes : layer_row_bytes, VW_FIELD_GROUP),
@@ -84,15 +85,15 @@ static void specialise_for_device(const struct vw_device_choices *choices, const
     s->rows_texel = choices->rows_texel && VW_ROWS_SIZE(rows, s->chunk_samples) <= limits->texel_elements;
 }
 
-static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct vw_model *model) {
+static enum vw_status fit(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                          struct vw_model *model) {
     const struct vw_specialization *s = &model->specialization;
     uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);
-    enum vw_status status = choose_chunk(config, choices, limits, model);
+    enum vw_status status = choose_chunk(choices, limits, model);
     if (status) return status;
     specialise_for_device(choices, limits, model);
-    status = vw_volume_of(model)->kind->fit(config, choices, limits, model);
+    status = vw_volume_of(model)->kind->fit(choices, limits, model);
     model->renderer_flags = vw_volume_of(model)->window_count;
     return status;
 }

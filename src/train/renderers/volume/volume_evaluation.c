@@ -1,5 +1,4 @@
 // Rendering by the volume: samples of a chunk of rays, composited to colours, without changing anything.
-#include <stdlib.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
@@ -60,11 +59,6 @@ static enum vw_status create_evaluation(struct vw_evaluator *evaluator) {
     return !status ? create_passes(evaluator) : status;
 }
 
-static void destroy_evaluation(struct vw_evaluator *evaluator) {
-    free(evaluator->of_renderer);
-    evaluator->of_renderer = NULL;
-}
-
 // Records the rays of one view. The field renders whole groups, of which the last may reach into the next view's rays:
 // only those of this view are kept.
 static void record_rays(const struct vw_evaluator *evaluator, struct vw_submission *submission, uint32_t first,
@@ -93,6 +87,5 @@ static void record_evaluation(const struct vw_evaluator *evaluator, struct vw_su
 
 const struct vw_renderer_evaluation vw_volume_renderer_evaluation = {
     .create = create_evaluation,
-    .destroy = destroy_evaluation,
     .record = record_evaluation,
 };

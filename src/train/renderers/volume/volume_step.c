@@ -1,5 +1,4 @@
 // Passes and buffers of the volume's step: rays, chunk by chunk, to gradients; the update of the grid.
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -83,11 +82,6 @@ static enum vw_status create_step_passes(struct vw_step_passes *step) {
     if (!status) status = vw_step_create_draw(step, &vw_shader_draw_pixels, NULL);
     for (uint32_t i = 0; i < vw_volume_of(model)->window_count && !status; i++) status = create_update_grid(step, i);
     return status;
-}
-
-static void destroy_step(struct vw_step_passes *step) {
-    free(step->of_renderer);
-    step->of_renderer = NULL;
 }
 
 static void training_state(const struct vw_step_passes *step, struct vw_buffer **buffers, uint32_t *count) {
@@ -196,7 +190,6 @@ const struct vw_renderer_step vw_volume_renderer_step = {
     .draw_pixels = draw_pixels,
     .create_buffers = create_step_buffers,
     .create_passes = create_step_passes,
-    .destroy = destroy_step,
     .bind = bind_step,
     .training_state = training_state,
     .record_gradients = record_gradients,
