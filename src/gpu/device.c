@@ -108,21 +108,7 @@ static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
 
 // ---- Opening --------------------------------------------------------------------------------------------------------
 
-static enum vw_status choose_extensions(VkPhysicalDevice physical, struct vw_extension_choice *choice) {
-    uint32_t count = 0;
-    VkResult result = vkEnumerateDeviceExtensionProperties(physical, NULL, &count, NULL);
-    VkExtensionProperties *offered = vw_allocate(count, sizeof *offered);
-    if (!offered) return VW_ERROR_MEMORY;
-    if (!result) result = vkEnumerateDeviceExtensionProperties(physical, NULL, &count, offered);
-    if (!result) *choice = vw_extensions_of_device(offered, count);
-    free(offered);
-    return result ? vw_gpu_fail(result, "vkEnumerateDeviceExtensionProperties", "Vulkan") : VW_OK;
-}
-
 static enum vw_status create_device(struct vw_gpu *gpu) {
-    struct vw_extension_choice extensions = {0};
-    enum vw_status status = choose_extensions(gpu->chosen.physical, &extensions);
-    if (status) return status;
     const struct vw_gpu_limits *limits = &gpu->chosen.limits;
     VkPhysicalDeviceVulkan12Features features12 = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
@@ -142,9 +128,7 @@ static enum vw_status create_device(struct vw_gpu *gpu) {
     const VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
                                      .pNext = &features,
                                      .queueCreateInfoCount = 1,
-                                     .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = extensions.count,
-                                     .ppEnabledExtensionNames = extensions.names};
+                                     .pQueueCreateInfos = &queue};
     VkResult result = vkCreateDevice(gpu->chosen.physical, &info, NULL, &gpu->device);
     if (result) return vw_gpu_fail(result, "vkCreateDevice", gpu->chosen.info.name);
     vkGetDeviceQueue(gpu->device, gpu->chosen.queue_family, 0, &gpu->queue);

@@ -1,7 +1,6 @@
 #define VOLK_IMPLEMENTATION
 #include "gpu/instance.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,20 +29,14 @@ static const VkDebugUtilsMessengerCreateInfoEXT messenger_info = {
     .pfnUserCallback = on_validation_message,
 };
 
-// Lists the extensions of the loader, or of `layer` when not NULL; owned by the caller. NULL and none when they cannot
-// be queried.
-static VkExtensionProperties *list_extensions(const char *layer, uint32_t *count) {
-    *count = 0;
-    if (vkEnumerateInstanceExtensionProperties(layer, count, NULL) != VK_SUCCESS) *count = 0;
-    VkExtensionProperties *extensions = vw_allocate(*count, sizeof *extensions);
-    if (!extensions || vkEnumerateInstanceExtensionProperties(layer, count, extensions) != VK_SUCCESS) *count = 0;
-    return extensions;
-}
-
+// Returns whether the loader, or `layer` when not NULL, offers an extension.
 static bool has_extension(const char *layer, const char *name) {
-    uint32_t count;
-    VkExtensionProperties *extensions = list_extensions(layer, &count);
-    bool found = vw_extension_is_offered(extensions, count, name);
+    uint32_t count = 0;
+    if (vkEnumerateInstanceExtensionProperties(layer, &count, NULL) != VK_SUCCESS) count = 0;
+    VkExtensionProperties *extensions = vw_allocate(count, sizeof *extensions);
+    bool listed = extensions && vkEnumerateInstanceExtensionProperties(layer, &count, extensions) == VK_SUCCESS;
+    bool found = false;
+    for (uint32_t i = 0; listed && i < count; i++) found |= !strcmp(extensions[i].extensionName, name);
     free(extensions);
     return found;
 }
@@ -62,13 +55,9 @@ static enum vw_status check_loader(bool validation) {
 enum vw_status vw_instance_open(struct vw_instance *instance, bool validation) {
     enum vw_status status = check_loader(validation);
     if (status) return status;
-    uint32_t offered_count;
-    VkExtensionProperties *offered = list_extensions(NULL, &offered_count);
-    const struct vw_extension_choice extensions = vw_extensions_of_instance(offered, offered_count, validation);
-    free(offered);
-    instance->debug_utils = extensions.debug_utils;
-
     const char *const layers[] = {validation_layer};
+    const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+    instance->debug_utils = validation || has_extension(NULL, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     const VkValidationFeaturesEXT features = {
         .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
         .enabledValidationFeatureCount = 1,
@@ -78,14 +67,13 @@ enum vw_status vw_instance_open(struct vw_instance *instance, bool validation) {
     const VkInstanceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
         .pNext = validation ? &features : NULL,
-        .flags = extensions.instance_flags,
         .pApplicationInfo = &(VkApplicationInfo){.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                                  .pApplicationName = "viewworth",
                                                  .apiVersion = VK_API_VERSION_1_2},
         .enabledLayerCount = validation ? 1 : 0,
         .ppEnabledLayerNames = layers,
-        .enabledExtensionCount = extensions.count,
-        .ppEnabledExtensionNames = extensions.names,
+        .enabledExtensionCount = (uint32_t)instance->debug_utils + validation,
+        .ppEnabledExtensionNames = extensions,
     };
     VkResult result = vkCreateInstance(&info, NULL, &instance->handle);
     if (result) return vw_gpu_fail(result, "vkCreateInstance", "Vulkan");
@@ -104,41 +92,6 @@ void vw_instance_close(struct vw_instance *instance) {
     if (instance->messenger) vkDestroyDebugUtilsMessengerEXT(instance->handle, instance->messenger, NULL);
     vkDestroyInstance(instance->handle, NULL);
     instance->handle = VK_NULL_HANDLE;
-}
-
-// ---- Extensions ----------------------------------------------------------------------------------------------------
-
-static const char portability_subset[] = "VK_KHR_portability_subset"; // declared in a header for beta extensions alone
-
-bool vw_extension_is_offered(const VkExtensionProperties *offered, uint32_t offered_count, const char *name) {
-    for (uint32_t i = 0; i < offered_count; i++)
-        if (!strcmp(offered[i].extensionName, name)) return true;
-    return false;
-}
-
-static void add(struct vw_extension_choice *choice, const char *name) {
-    assert(choice->count < VW_EXTENSIONS_MAX);
-    choice->names[choice->count++] = name;
-}
-
-struct vw_extension_choice vw_extensions_of_instance(const VkExtensionProperties *offered, uint32_t offered_count,
-                                                     bool validation) {
-    struct vw_extension_choice choice = {0};
-    choice.debug_utils =
-        validation || vw_extension_is_offered(offered, offered_count, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-    if (choice.debug_utils) add(&choice, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-    if (validation) add(&choice, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
-    if (vw_extension_is_offered(offered, offered_count, VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME)) {
-        add(&choice, VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME);
-        choice.instance_flags |= VK_INSTANCE_CREATE_ENUMERATE_PORTABILITY_BIT_KHR;
-    }
-    return choice;
-}
-
-struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *offered, uint32_t offered_count) {
-    struct vw_extension_choice choice = {0};
-    if (vw_extension_is_offered(offered, offered_count, portability_subset)) add(&choice, portability_subset);
-    return choice;
 }
 
 // ---- Complaints of the validation layer, and names for debuggers ----------------------------------------------------

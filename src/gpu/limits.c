@@ -138,14 +138,6 @@ static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint
     };
 }
 
-// Decodes versions with MoltenVK's own rule: decimal digits, two for each part, from its first release on.
-const char *vw_driver_missed(VkDriverId driver, uint32_t version) {
-    enum { MOLTENVK_1_3_0 = 10300 };
-    if (driver == VK_DRIVER_ID_MOLTENVK && version < MOLTENVK_1_3_0)
-        return "MoltenVK 1.3.0 or newer (older ones ignore specialization constants in array sizes)";
-    return NULL;
-}
-
 static struct vw_gpu_arithmetic arithmetic_of(const VkPhysicalDeviceVulkan11Properties *core11,
                                               const VkPhysicalDeviceVulkan12Properties *core12) {
     return (struct vw_gpu_arithmetic){
@@ -189,8 +181,7 @@ static void query_core(struct vw_device_candidate *candidate) {
     info->arithmetic.int64_atomics = limits->int64_atomics;
     info->arithmetic.driver_version = version;
 
-    const char *missed = vw_driver_missed(core12.driverID, version);
-    if (!missed) missed = features12.scalarBlockLayout ? missed_limit(limits) : "scalarBlockLayout";
+    const char *missed = features12.scalarBlockLayout ? missed_limit(limits) : "scalarBlockLayout";
     if (missed) snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "%s", missed);
 }
 

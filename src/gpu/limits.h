@@ -23,7 +23,5 @@ void vw_candidate_query(VkPhysicalDevice physical, struct vw_device_candidate *c
 // first that computes; -1 without any.
 int vw_queue_family_choose(const VkQueueFamilyProperties *families, uint32_t count);
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp);
-// Returns the release that must replace a driver with a known bug, NULL when there is none.
-const char *vw_driver_missed(VkDriverId driver, uint32_t version);
 
 #endif

@@ -78,15 +78,12 @@ enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *buil
     return status;
 }
 
-const char *vw_scene_name_of_view(const void *context, size_t place) {
-    return ((const struct vw_scene *)context)->views[place].name;
-}
-
 enum vw_status vw_scene_index_names(struct vw_scene *scene) {
     struct vw_name_index *index = vw_allocate(1, sizeof *index);
     if (!index) return VW_ERROR_MEMORY;
     scene->names = index;
-    return vw_name_index_make(vw_scene_name_of_view, scene, scene->view_count, index);
+    return vw_name_index_make(scene->views, sizeof *scene->views, offsetof(struct vw_view, name), scene->view_count,
+                              index);
 }
 
 struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name) {
@@ -181,6 +178,13 @@ enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t l
     status = vw_descriptor_read(descriptor, path, limit_bytes, data, size_bytes);
     close(descriptor);
     return status;
+}
+
+bool vw_scene_has_file(const char *folder, const char *name) {
+    char *path = vw_path_join(folder, name);
+    bool found = path && vw_file_exists(path);
+    free(path);
+    return found;
 }
 
 enum vw_status vw_scene_file_check(const char *folder, const char *path) {

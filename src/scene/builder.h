@@ -52,8 +52,6 @@ enum vw_status vw_scene_builder_count_missing(struct vw_scene_builder *builder, 
 enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *builder);
 // Adds a line to the scene's notes.
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
-// Returns the name of the view at a place of `scene`, a struct vw_scene: a vw_name_at.
-const char *vw_scene_name_of_view(const void *scene, size_t place);
 // Makes all views findable by name, once the loader has appended them.
 enum vw_status vw_scene_index_names(struct vw_scene *scene);
 // Finds the view of that name; NULL when there is none. A leading "./" is ignored.
@@ -114,6 +112,8 @@ enum vw_status vw_scene_file_open(const char *folder, const char *path, int *des
 // Reads the whole file, as vw_file_read() does.
 enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t limit_bytes, void **data,
                                   size_t *size_bytes);
+// Returns whether a plain file of that name is in a folder.
+bool vw_scene_has_file(const char *folder, const char *name);
 // Checks that a file can be opened, so that an error is known before any work is done.
 enum vw_status vw_scene_file_check(const char *folder, const char *path);
 enum vw_status vw_scene_file_hash(const char *folder, const char *path, uint8_t sha256[VW_HASH_BYTES]);

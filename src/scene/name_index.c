@@ -46,13 +46,16 @@ static int compare_names(const void *left, const void *right) {
     return order ? order : compare_lengths(a->place, b->place);
 }
 
-enum vw_status vw_name_index_make(vw_name_at *name_at, const void *context, size_t place_count,
+enum vw_status vw_name_index_make(const void *items, size_t item_bytes, size_t name_offset, size_t place_count,
                                   struct vw_name_index *index) {
     *index = (struct vw_name_index){.sorted = vw_allocate(place_count, sizeof *index->sorted)};
     if (!index->sorted) return VW_ERROR_MEMORY;
     for (size_t place = 0; place < place_count; place++) {
-        const char *given = name_at(context, place), *name = given ? vw_view_name_of(given) : NULL;
-        if (name) index->sorted[index->count++] = (struct vw_indexed_name){name, strlen(name), place, false};
+        const char *name;
+        memcpy(&name, (const char *)items + place * item_bytes + name_offset, sizeof name);
+        if (!name) continue;
+        name = vw_view_name_of(name);
+        index->sorted[index->count++] = (struct vw_indexed_name){name, strlen(name), place, false};
     }
     if (index->count) qsort(index->sorted, index->count, sizeof *index->sorted, compare_names);
     return VW_OK;

@@ -14,11 +14,10 @@ struct vw_name_index {
     size_t count;
 };
 
-// The name at a place; NULL: none. It is borrowed for as long as the index lives.
-typedef const char *vw_name_at(const void *context, size_t place);
-// Makes the index of the places 0 to `place_count` - 1. A leading "./" of a name is ignored, here and when looked for.
-// The caller clears the index, also after a failure.
-enum vw_status vw_name_index_make(vw_name_at *name_at, const void *context, size_t place_count,
+// Makes the index of an array of `place_count` items, each with a const char * at `name_offset`: NULL for none,
+// borrowed for as long as the index lives. A leading "./" of a name is ignored, here and when looked for. The caller
+// clears the index, also after a failure.
+enum vw_status vw_name_index_make(const void *items, size_t item_bytes, size_t name_offset, size_t place_count,
                                   struct vw_name_index *index);
 void vw_name_index_clear(struct vw_name_index *index); // accepts a zeroed one
 

@@ -71,20 +71,13 @@ static bool has_photos(const char *folder) {
     return found;
 }
 
-static bool has_file(const char *folder, const char *name) {
-    char *path = vw_path_join(folder, name);
-    bool found = path && vw_file_exists(path);
-    free(path);
-    return found;
-}
-
 // Refuses a path that no format fits. Photos without poses are what most people have at first.
 static enum vw_status refuse_path(const char *path) {
     if (vw_file_exists(path))
         return vw_fail(VW_ERROR_INPUT,
                        "%s: is not a scene; give the folder of a scene, or a scene file with a name in .json", path);
     if (!vw_folder_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no such scene; check the path", path);
-    if (has_file(path, "poses_bounds.npy"))
+    if (vw_scene_has_file(path, "poses_bounds.npy"))
         return vw_fail(VW_ERROR_INPUT,
                        "%s: no scene found: LLFF's poses_bounds.npy is not read; add sparse/0, the COLMAP model that "
                        "it was made from, or find the poses again: ns-process-data images",

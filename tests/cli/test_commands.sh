@@ -99,11 +99,6 @@ check "devices says what bits depend on" prints \
     'bits depend on: NaN kept; denormals .*; rounding .*; 64-bit atomics; subgroups of [1-9][0-9]*; driver version 0x' "$program" devices
 check "and so does devices --json" answers "(SELECT count(*) FROM json_each(j, '\$.devices') WHERE value ->> '\$.bits_depend_on.keeps_nan'
     AND value ->> '\$.bits_depend_on.subgroup_size' > 0) >= 1" "$program" devices --json
-for driver in ${VK_DRIVER_FILES:-/usr/share/vulkan/icd.d/lvp*.json}; do
-    sed 's/"ICD": *{/&"is_portability_driver": true,/' "${driver%%:*}" >"$folder/portability.json"
-done
-check "a driver on top of another interface is listed, too" prints '^[0-9]+ +cpu .*llvmpipe' \
-    env VK_DRIVER_FILES="$folder/portability.json" "$program" devices
 check "a device that is not there is refused" refuses 'abacus' value "$scene" --out "$folder/none" --device abacus
 check "info shows splits and effects" prints '^distortion ' "$program" info "$scene" --pilot-steps 0
 check "info ends each line" says '^photos .* excluded$'

@@ -178,11 +178,9 @@ FOLDER_TEST(bad_providers_are_refused) {
 static const char *const names[] = {"images/a.png", "b.png",       NULL,           "./c.png", "images/left/d.png",
                                     "c.png",        "right/d.png", "xright/d.png", "a.png",   "images/e.png"};
 
-static const char *name_at(const void *context, size_t place) { return ((const char *const *)context)[place]; }
-
 static struct vw_name_index index_names(void) {
     struct vw_name_index index = {0};
-    ASSERT_OK(vw_name_index_make(name_at, names, sizeof names / sizeof *names, &index));
+    ASSERT_OK(vw_name_index_make(names, sizeof *names, 0, VW_ARRAY_COUNT(names), &index));
     assert_int_equal(index.count, sizeof names / sizeof *names - 1); // a place without a name has no entry
     return index;
 }
@@ -229,7 +227,7 @@ TEST(many_names_are_all_found) {
         snprintf(texts[i], sizeof texts[i], "%d/%d.png", i % 7, i * 31 % 2500);
         many[i] = texts[i];
     }
-    ASSERT_OK(vw_name_index_make(name_at, many, COUNT, &index));
+    ASSERT_OK(vw_name_index_make(many, sizeof *many, 0, COUNT, &index));
     for (int i = 0; i < COUNT; i += 13) {
         int first = 0, endings = 0, last = -1;
         while (strcmp(many[first], many[i]) != 0) first++;

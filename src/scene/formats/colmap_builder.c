@@ -145,12 +145,10 @@ enum vw_status colmap_add_feature(struct colmap_builder *builder, double x_px, d
     return VW_OK;
 }
 
-static const char *name_of_image(const void *context, size_t place) {
-    return ((const struct vw_colmap_model *)context)->images[place].name;
-}
-
 static enum vw_status index_names(struct vw_colmap_model *model) {
-    enum vw_status status = vw_name_index_make(name_of_image, model, model->image_count, &model->names);
+    enum vw_status status =
+        vw_name_index_make(model->images, sizeof *model->images, offsetof(struct vw_colmap_image, name),
+                           model->image_count, &model->names);
     for (size_t i = 0; i < model->image_count && !status; i++) {
         size_t first = i;
         if (vw_name_index_find(&model->names, model->images[i].name, &first) && first != i)

@@ -73,10 +73,6 @@ static const char *name_of(const struct vw_listed_photo *photo) {
     return strncmp(photo->name, photo_folder, length) == 0 ? vw_view_name_of(photo->name + length) : NULL;
 }
 
-static const char *name_of_row(const void *context, size_t place) {
-    return ((const struct vw_tsv *)context)->rows[place].name;
-}
-
 static enum vw_status match_rows(struct tsv_list *made, const struct vw_name_index *rows) {
     const struct vw_photo_list *list = made->list;
     made->photos = vw_allocate(made->tsv.row_count, sizeof *made->photos);
@@ -99,7 +95,9 @@ static enum vw_status read_scene(const char *folder, struct tsv_list *made) {
     enum vw_status status = dense ? vw_phototourism_read_tsv(folder, &made->tsv) : VW_ERROR_MEMORY;
     if (!status && !model_folder) status = vw_fail(VW_ERROR_INPUT, "%s/sparse: no COLMAP model; restore it", dense);
     if (!status) status = vw_colmap_read(model_folder, folder, &made->model);
-    if (!status) status = vw_name_index_make(name_of_row, &made->tsv, made->tsv.row_count, &rows);
+    if (!status)
+        status = vw_name_index_make(made->tsv.rows, sizeof *made->tsv.rows, offsetof(struct vw_tsv_row, name),
+                                    made->tsv.row_count, &rows);
     if (!status) status = match_rows(made, &rows);
     vw_name_index_clear(&rows);
     free(model_folder);

@@ -54,11 +54,10 @@ static enum vw_status take_row(const char *path, int line, const struct vw_tsv *
     return VW_OK;
 }
 
-static const char *name_of_row(const void *rows, size_t place) { return ((const struct vw_tsv_row *)rows)[place].name; }
-
 static enum vw_status check_unique(const char *path, const struct vw_tsv *tsv) {
     struct vw_name_index names;
-    enum vw_status status = vw_name_index_make(name_of_row, tsv->rows, tsv->row_count, &names);
+    enum vw_status status =
+        vw_name_index_make(tsv->rows, sizeof *tsv->rows, offsetof(struct vw_tsv_row, name), tsv->row_count, &names);
     for (size_t i = 0, place = 0; !status && i < tsv->row_count; i++) {
         const struct vw_tsv_row *row = &tsv->rows[i];
         if (!vw_name_index_find(&names, row->name, &place) || place == i) continue;

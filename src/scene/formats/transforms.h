@@ -7,17 +7,7 @@
 
 #include "viewworth/scene.h"
 
-enum { VW_TRANSFORMS_FILES_MOST = 3 };
-struct vw_transforms_file {
-    char *path;          // owned
-    enum vw_split split; // by the file's name; train for a single file
-};
-// Finds the files of the scene at `path`: the path itself if it is not a folder, otherwise the existing files of
-// transforms_{train,val,test}.json, otherwise transforms.json, which may be missing. Free the paths also after a
-// failure.
-enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST],
-                                  size_t *count);
-// Parses one of them; it must not leave `folder` through a link (NULL: the user named the file itself). `*file` is
+// Parses a file; it must not leave `folder` through a link (NULL: the user named the file itself). `*file` is
 // owned by the caller.
 enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file);
 

@@ -15,8 +15,9 @@
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 25; // a frame takes about 1 KiB
 static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
-static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_train.json", "transforms_val.json",
-                                                                  "transforms_test.json"}; // by enum vw_split
+enum { FILES_MOST = 3 };
+static const char *const split_files[FILES_MOST] = {"transforms_train.json", "transforms_val.json",
+                                                    "transforms_test.json"}; // by enum vw_split
 
 struct reader {
     struct vw_scene_builder *builder;
@@ -73,30 +74,30 @@ static enum vw_status read_splits(const char *path, const json_t *file, json_t *
 
 // ---- Finding files ----
 
-static bool has_file(const char *folder, const char *name) {
-    char *path = vw_path_join(folder, name);
-    bool exists = path && vw_file_exists(path);
-    free(path);
-    return exists;
-}
-
 bool vw_transforms_probe(const char *path) {
     if (!vw_folder_exists(path)) return vw_file_exists(path) && vw_path_ends_with(path, ".json");
     for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++)
-        if (has_file(path, split_files[i])) return true;
-    return has_file(path, "transforms.json");
+        if (vw_scene_has_file(path, split_files[i])) return true;
+    return vw_scene_has_file(path, "transforms.json");
 }
 
-enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST],
-                                  size_t *count) {
+struct transforms_file {
+    char *path;          // owned
+    enum vw_split split; // by the file's name; train for a single file
+};
+
+// Finds the files of the scene at `path`: the path itself if it is not a folder, otherwise the existing files of
+// transforms_{train,val,test}.json, otherwise transforms.json, which may be missing. Free the paths also after a
+// failure.
+static enum vw_status find_files(const char *path, struct transforms_file files[FILES_MOST], size_t *count) {
     bool is_folder = vw_folder_exists(path), whole = true;
     *count = 0;
     for (enum vw_split split = 0; is_folder && split < VW_SPLIT_EXCLUDED; split++)
-        if (has_file(path, split_files[split]))
-            files[(*count)++] = (struct vw_transforms_file){vw_path_join(path, split_files[split]), split};
+        if (vw_scene_has_file(path, split_files[split]))
+            files[(*count)++] = (struct transforms_file){vw_path_join(path, split_files[split]), split};
     if (*count == 0)
         files[(*count)++] =
-            (struct vw_transforms_file){is_folder ? vw_path_join(path, "transforms.json") : vw_copy_text(path), 0};
+            (struct transforms_file){is_folder ? vw_path_join(path, "transforms.json") : vw_copy_text(path), 0};
     for (size_t i = 0; i < *count; i++) whole &= files[i].path != NULL;
     return whole ? VW_OK : VW_ERROR_MEMORY;
 }
@@ -252,7 +253,7 @@ enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t 
     return status;
 }
 
-static const char *name_of_frame(const void *frames, size_t place) {
+static const char *name_of_frame(const json_t *frames, size_t place) {
     return json_string_value(json_object_get(json_array_get(frames, place), "file_path"));
 }
 
@@ -263,9 +264,16 @@ static void forget_names(struct reader *reader) {
 
 static enum vw_status index_names(struct reader *reader, const json_t *frames) {
     const struct vw_scene *scene = reader->builder->scene;
+    size_t count = json_array_size(frames);
+    const char **names = vw_allocate(count, sizeof *names);
     forget_names(reader);
-    enum vw_status status = vw_name_index_make(name_of_frame, frames, json_array_size(frames), &reader->frames);
-    return status ? status : vw_name_index_make(vw_scene_name_of_view, scene, scene->view_count, &reader->earlier);
+    for (size_t i = 0; names && i < count; i++) names[i] = name_of_frame(frames, i);
+    enum vw_status status =
+        names ? vw_name_index_make(names, sizeof *names, 0, count, &reader->frames) : VW_ERROR_MEMORY;
+    free(names);
+    return status ? status
+                  : vw_name_index_make(scene->views, sizeof *scene->views, offsetof(struct vw_view, name),
+                                       scene->view_count, &reader->earlier);
 }
 
 static enum vw_status load_frames(struct reader *reader, const char *path, const json_t *file, enum vw_split split) {
@@ -324,9 +332,9 @@ static void halve_test(struct vw_scene *scene) {
 }
 
 static enum vw_status load_all(struct reader *reader, const char *path) {
-    struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST] = {0};
+    struct transforms_file files[FILES_MOST] = {0};
     size_t count = 0;
-    enum vw_status status = vw_transforms_find(path, files, &count);
+    enum vw_status status = find_files(path, files, &count);
     for (size_t i = 0; !status && i < count; i++) status = load_file(reader, files[i].path, files[i].split);
     for (size_t i = 0; i < count; i++) free(files[i].path);
     if (!status) halve_test(reader->builder->scene);
