@@ -13,35 +13,6 @@ enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
                                      "DELETE FROM lasting_step; DELETE FROM lasting;");
 }
 
-// ---- Its hash ------------------------------------------------------------------------------------------------------
-
-static enum vw_status hash_pass(struct vw_database *database, const char *head, char hash[VW_HASH_HEX_BYTES]) {
-    struct vw_hasher hasher;
-    vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, head);
-    enum vw_status status = vw_table_hash(database, &vw_lasting_table, &hasher);
-    if (!status) status = vw_table_hash(database, &vw_lasting_step_table, &hasher);
-    if (!status) status = vw_table_hash(database, &vw_lasting_check_table, &hasher);
-    if (!status) status = vw_table_hash(database, &vw_lasting_view_table, &hasher);
-    vw_row_end_hash(&hasher, hash);
-    return status;
-}
-
-enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head) {
-    char hash[VW_HASH_HEX_BYTES], stored[VW_HASH_HEX_BYTES];
-    int64_t pass_count = 0;
-    enum vw_status status = vw_database_read_number(database, "SELECT count(*) FROM lasting", &pass_count);
-    if (status || !pass_count) return status;
-    status = vw_database_read_hash(database, "SELECT row_hash FROM lasting", stored);
-    if (!status) status = hash_pass(database, head, hash);
-    if (status || strcmp(stored, hash) == 0) return status;
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: a row of lasting credit (lasting, lasting_step, lasting_check or"
-                   " lasting_view) was edited, "
-                   "removed or added: its row_hash does not match",
-                   database->path);
-}
-
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
 static enum vw_status insert_views(struct vw_ledger *ledger, const struct vw_lasting_pass *pass,

@@ -49,12 +49,8 @@ enum vw_status vw_ledger_load(struct vw_ledger *ledger);
 
 // ---- ledger_hash.c: hashes of the rows, as ledger.h describes them ----
 
-// Computes run.row_hash.
-enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
-// Computes run.final_hash from the row_hash of the run and that of the last step.
-enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *run_hash, const char *head,
-                                    char hash[VW_HASH_HEX_BYTES]);
-// Computes both, in the caller's transaction, and stores them in the run row.
+// Computes run.row_hash, or run.final_hash from the row_hash of the run and that of the last step, in the caller's
+// transaction, and stores it in the run row.
 enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_hash[VW_HASH_HEX_BYTES]);
 enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const char *run_hash, const char *head,
                                           char final_hash[VW_HASH_HEX_BYTES]);
@@ -63,9 +59,6 @@ enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const ch
 
 // Removes its rows, in the caller's transaction.
 enum vw_status vw_ledger_remove_lasting(struct vw_database *database);
-// Recomputes its row_hash; `head` is the row_hash of the last step. VW_ERROR_MISMATCH when it differs, or when a row
-// belongs to no pass.
-enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head);
 
 // ---- ledger_state.c ----
 

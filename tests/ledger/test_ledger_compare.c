@@ -114,34 +114,3 @@ FOLDER_TEST(steps_without_a_value_compare_by_what_is_kept) {
     ASSERT_FAILS(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views), VW_ERROR_MISMATCH,
                  "step 8,");
 }
-
-FOLDER_TEST(another_chain_is_found) {
-    const struct {
-        const char *sql, *word;
-        uint32_t first;
-    } cases[] = {
-        {"UPDATE step SET row_hash = replace(row_hash, substr(row_hash, 9, 1), 'x') WHERE step = 6", "step 6,", 0},
-        {"UPDATE step SET row_hash = replace(row_hash, substr(row_hash, 9, 1), 'x') WHERE step = 6", "step 7,",
-         7}, // begins with it
-        {"UPDATE step SET row_hash = row_hash || char(0) || 'x' WHERE step = 6", "step 6,", 2},
-        {"UPDATE step SET row_hash = x'00' WHERE step = 6", "step 6,", 6},
-        {"DELETE FROM step WHERE step = 6", "step 6,", 2},
-        {"DELETE FROM step WHERE step = 6", "step 7,", 7},
-        {"UPDATE run SET row_hash = upper(row_hash)", "step 0,", 0},
-    };
-    AUTO_FREE struct test_recording *again = take_steps();
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        const char *path = temporary_path(*state, "ledger.db");
-        struct vw_ledger *ledger = record_all(path);
-        vw_ledger_close(&ledger);
-        sql_change(path, cases[i].sql);
-        ASSERT_OK(vw_ledger_open(path, &ledger));
-        uint32_t first = cases[i].first;
-        ASSERT_CASE_FAILS(
-            cases[i].sql,
-            vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, test_validation_views),
-            VW_ERROR_MISMATCH, cases[i].word);
-        vw_ledger_close(&ledger);
-        unlink(path);
-    }
-}

@@ -136,32 +136,3 @@ FOLDER_TEST(a_submission_writes_its_own_rows_only) {
     assert_int_equal(count_changes(ledger, &records[4]), STEP + RUN + TEST_SCORE_COUNT + TEST_RETRAINING_COUNT);
     assert_int_equal(count_changes(ledger, &records[5]), STEP);
 }
-
-// A full disk, played by a bound on the pages of the file: the submission that does not fit is refused whole, the run
-// that it would have reopened stays as it ended, and once there is room again the same submission goes in.
-FOLDER_TEST(a_full_disk_loses_no_recorded_submission) {
-    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
-    struct vw_ledger *ledger = test_ledger_create(path);
-    struct test_trainer longer = test_four_epochs;
-    longer.epochs = TEST_EPOCHS_MOST;
-    AUTO_FREE struct test_recording *recording = test_record(&longer);
-    const struct vw_step_record *rest = &recording->records[3];
-    uint32_t rest_count = recording->count - 3;
-    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
-    test_ledger_finish(ledger, "finished");
-    ASSERT_OK(vw_ledger_extend(ledger, "{}"));
-    sqlite3_exec(ledger->database.handle, "PRAGMA max_page_count = 1", NULL, NULL, NULL); // becomes the present size
-    ASSERT_FAILS(vw_ledger_append(ledger, rest, rest_count, test_validation_views), VW_ERROR_IO, "disk is full", path);
-    assert_answer(path, "SELECT count(*) FROM step", "3");
-    assert_answer(path, "SELECT count(*) FROM view", "6");
-    assert_answer(path, "SELECT count(*) FROM score", "3");
-    assert_run(ledger, "finished", "{\"burn_in_epochs\": 1}");
-    assert_head(ledger, path, SQL_FINAL_HASH);
-    assert_true(chain_holds(path));
-    sqlite3_exec(ledger->database.handle, "PRAGMA max_page_count = 100000", NULL, NULL, NULL);
-    ASSERT_OK(vw_ledger_append(ledger, rest, rest_count, test_validation_views));
-    assert_run(ledger, "running", "{}");
-    test_ledger_finish(ledger, "finished");
-    vw_ledger_close(&ledger);
-    assert_true(chain_holds(path));
-}

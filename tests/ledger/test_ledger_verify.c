@@ -334,30 +334,6 @@ static void use(const char *path) {
     (void)vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", test_scores, TEST_SCORE_COUNT);
 }
 
-// Tables of the same columns without any constraint, and in one column what no ledger holds there.
-FOLDER_TEST(tables_without_constraints_are_refused) {
-    static const char *const values[] = {
-        "NULL", "'x'", "x''", "x'00ff'", "-9223372036854775808", "9223372036854775806", "1e308 * 10", "-0.5"};
-    struct original original = record_original(*state, "finished");
-    struct column columns[100];
-    uint32_t column_count = list_columns(original.file.path, columns, VW_ARRAY_COUNT(columns));
-    for (uint32_t c = 0; c < column_count; c++)
-        for (size_t v = 0; v < VW_ARRAY_COUNT(values); v++) {
-            const char *table = columns[c].table;
-            temporary_put_back(&original.file);
-            AUTO_FREE char *sql =
-                vw_format_text("CREATE TABLE loose AS SELECT * FROM %s; DROP TABLE %s; ALTER TABLE loose RENAME TO %s;"
-                               "UPDATE %s SET %s = %s;",
-                               table, table, table, table, columns[c].name, values[v]);
-            sql_change(original.file.path, sql);
-            // An edit to NULL of what was NULL everywhere is none.
-            bool may_verify = strcmp(values[v], "NULL") == 0;
-            enum vw_status status = verify(original.file.path);
-            if (!may_verify || status) assert_found(&original, sql, "");
-            use(original.file.path);
-        }
-}
-
 // One flipped bit anywhere in the file: what verifies is still the same ledger. Rerun a failure by its number.
 FOLDER_TEST(flipped_bits_do_no_harm) {
     enum { FLIPS = 400 };

@@ -395,27 +395,6 @@ TEST(the_farthest_by_error_are_proposed_one_after_another) {
     free_known(known);
 }
 
-TEST(of_equal_places_the_first_is_proposed_and_all_once) {
-    enum { COUNT = 40 };
-    struct known *known = make_known(&worlds[0]);
-    struct vw_next next = {0};
-    uint32_t places[COUNT];
-    ASSERT_OK(vw_next_candidates_make(&known->photos, &next.candidates));
-    struct vw_view *frames = next.candidates.frames;
-    next.candidates.count = COUNT;
-    choose_again(known, 1, &next);
-    uint32_t best = (uint32_t)(next.proposals[0].pose - frames), other = best == 0 ? COUNT - 1 : 0;
-    frames[other] = frames[best];
-    choose_again(known, COUNT + 1, &next);
-    assert_int_equal(next.proposal_count, COUNT);
-    assert_ptr_equal(next.proposals[0].pose, &frames[best < other ? best : other]);
-    for (uint32_t k = 0; k < COUNT; k++) places[k] = (uint32_t)(next.proposals[k].pose - frames);
-    vw_sort_places(places, COUNT);
-    for (uint32_t i = 0; i < COUNT; i++) assert_int_equal(places[i], i);
-    vw_next_free(&next);
-    free_known(known);
-}
-
 TEST(without_errors_distances_decide) {
     struct known *known = make_known(&worlds[0]);
     struct vw_next next = {0};

@@ -62,29 +62,9 @@ check "an untouched run is intact" verifies short
 head=$(verify short | awk '$1 == "head" {print $2}')
 check "its head is the one expected" verifies short --expect "$head"
 check "another head is not" fails 1 "head is $head" verify short --expect "${head/[0-8]/9}"
-check "its steps can be taken again" verifies short --replay 7
-check "all of them" verifies short --replay 4000000000
+check "all its steps can be taken again" verifies short --replay 4000000000
 check "a replay says how many" grep -q 'replay   [1-9][0-9]* repeated steps gave the same bits' "$folder/stdout"
-copy short burned
-query burned "UPDATE run SET config_json = replace(config_json, '\"burn_in_epochs\":1', '\"burn_in_epochs\":2')"
-check "a changed burn-in is found" fails 1 'run row' verify burned
 check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
-
-# Other numbers into the params of every checkpoint, and its hash made to fit again.
-tamper() { # tamper OUT
-    local file start
-    for file in "$folder/$1"/checkpoint_*.vwc; do
-        start=$((23 + 9 + 10#$(sed -n 2p "$file" | head -c 8) + 1)) # behind the magic line, the length, and the description
-        head -c 16384 /dev/zero | dd of="$file" bs=1 seek=$start conv=notrunc status=none
-        truncate -s -32 "$file"
-        printf "$(sha256sum "$file" | head -c 64 | sed 's/../\\x&/g')" >>"$file"
-    done
-}
-copy whole tampered
-tamper tampered
-check "a run of two checkpoints" test "$(ls "$folder"/tampered/checkpoint_*.vwc | wc -l)" = 2
-check "steps after a checkpoint that was tampered with are not the recorded ones" eval '! value tampered "$((epochs + 1))" \
-    --resume 2>"$folder/stderr" && grep -q "differs from the recorded step" "$folder/stderr"'
 
 # A replay that lasts longer than several checkpoints are apart.
 if [[ -n ${VIEWWORTH_FULL:-} ]]; then
