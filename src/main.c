@@ -157,9 +157,9 @@ static const struct vw_program_command commands[] = {
      "Values the scene with the configuration that the options give, the base, and with configurations that change "
      "one parameter each. A full-resolution reference (all validation pixels, twice the rays) shows how accurate the "
      "scores of the others are.\n"
-     "Times the steps of all configurations first, interleaved with the base, and prints how long the rest takes; a "
+     "Times the steps of all configurations first, and prints how long the rest takes; a "
      "higher --downscale makes it shorter.\n"
-     "Writes to the --out folder: configurations/, measurements.json, tradeoff.csv and report.html. Run "
+     "Writes to the --out folder: configurations/, tradeoff.csv and report.html. Run "
      "the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_TRADEOFF |
          VW_OPTIONS_JSON,

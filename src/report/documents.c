@@ -199,9 +199,9 @@ static const struct {
     {"providers.csv", COLUMNS("provider", "method", "photos", "value", "stderr")},
     {"payout.csv", COLUMNS("provider", "amount", "ci_low", "ci_high")},
     {"duplicates.csv", COLUMNS("group", "name", "provider", "split", "similarity", "value", "group_value")},
-    {"tradeoff.csv", COLUMNS("configuration", "parameter", "value", "base", "train_ms", "value_ms", "scoring_ratio",
-                             "run_seconds", "val_psnr", "psnr_pareto_front", "method", "score_pareto_front",
-                             "seed_pearson", "seed_spearman", "agreement_pearson", "all_pixels_pearson")},
+    {"tradeoff.csv",
+     COLUMNS("configuration", "parameter", "value", "base", "train_ms", "value_ms", "scoring_ratio", "run_seconds",
+             "val_psnr", "psnr_pareto_front", "method", "seed_pearson", "agreement_pearson")},
     {"summary.csv", COLUMNS("job", "state", "seconds", "photos", "steps", "val_psnr", "report", "message")},
     {"compare.json", NULL},
 };

@@ -1,12 +1,11 @@
 'use strict';
 // The section of the report on tradeoff.csv: the time of a run at each configuration, beside its PSNR and the quality of its scores.
 
-const TRADEOFF_NUMBERS = ['train_ms', 'value_ms', 'scoring_ratio', 'run_seconds', 'val_psnr', 'seed_pearson', 'seed_spearman',
-  'agreement_pearson', 'all_pixels_pearson'];
+const TRADEOFF_NUMBERS = ['train_ms', 'value_ms', 'scoring_ratio', 'run_seconds', 'val_psnr', 'seed_pearson',
+  'agreement_pearson'];
 const TRADEOFF_MEASURES = [
   {key: 'agreement_pearson', title: 'agreement r', digits: 3, means: 'agreement with the full_resolution scores (Pearson’s r)'},
   {key: 'seed_pearson', title: 'seeds r', digits: 3, means: 'agreement of two seeds (Pearson’s r)'},
-  {key: 'seed_spearman', title: 'seeds rho', digits: 3, means: 'agreement of two seeds (Spearman’s rho)'},
 ];
 const LONGEST_NAME = 24; // characters of a name in a chart: tables and tooltips have more
 
@@ -29,7 +28,6 @@ function timeOf(seconds) {
 // file.
 function tradeoffOf(table) {
   const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_pareto_front: row.psnr_pareto_front === '1',
-    score_pareto_front: row.score_pareto_front === '1',
     ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
   const configurations = new Map();
   for (const row of rows) if (!configurations.has(row.configuration)) configurations.set(row.configuration, row);
@@ -40,8 +38,7 @@ function tradeoffOf(table) {
 // Returns a row per configuration: that of the method, or, when it has none, the columns that do not depend on the method.
 function rowsOfMethod({rows, configurations}, method) {
   const scored = new Map(rows.filter(row => row.method === method).map(row => [row.configuration, row]));
-  const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson'];
-  const none = {score_pareto_front: false, ...Object.fromEntries(names.map(name => [name, NaN]))};
+  const none = Object.fromEntries(TRADEOFF_MEASURES.map(one => [one.key, NaN]));
   return configurations.map(row => scored.get(row.configuration) || {...row, ...none});
 }
 
@@ -87,15 +84,13 @@ function parameterStyle(place) {
     borderWidth: /cross|star/.test(shape) ? 2 : 1};
 }
 
-// Draws configurations over their time, by the column `key`. `front` is the column that marks the Pareto front, which a line joins, or
-// empty;
-// `about` begins the caption.
-function drawCost({id, rows, key, title, digits, front, about = ''}) {
+// Draws configurations over their time, by the column `key`. With `front`, a line joins the Pareto front. `about` begins the caption.
+function drawCost({id, rows, key, title, digits, front = false, about = ''}) {
   const shown = rows.filter(row => drawable(row.run_seconds) && known(row[key]));
   if (!shown.length) return clearChart(id, 'No configuration has a value of ' + title + ' by this method.');
   const points = list => list.map(row => ({x: row.run_seconds, y: row[key], name: row.configuration}));
   const parameters = [...new Set(rows.filter(row => !row.base).map(row => row.parameter))];
-  const joined = front ? shown.filter(row => row[front]).sort((a, b) => a.run_seconds - b.run_seconds) : [];
+  const joined = front ? shown.filter(row => row.psnr_pareto_front).sort((a, b) => a.run_seconds - b.run_seconds) : [];
   const line = joined.length > 1 ? points(joined) : [];
   drawChart(id, {
     shape: 'square',
@@ -152,8 +147,8 @@ function valueOfBase(base, parameter) {
   return part ? part.slice(parameter.length + 1) : '';
 }
 
-// Draws the values of a parameter against one column, with the base as a dashed line; `also` is a second column, {key, title}.
-function drawParameter({id, rows, parameter, key, title, digits, log = false, also, caption}) {
+// Draws the values of a parameter against one column, with the base as a dashed line.
+function drawParameter({id, rows, parameter, key, title, digits, log = false, caption}) {
   const fits = row => log ? drawable(row[key]) : known(row[key]);
   const base = rows.find(row => row.base), own = base ? valueOfBase(base, parameter) : '';
   const ofParameter = [...rows.filter(row => row.parameter === parameter && !row.base), ...own ? [{...base, value: own}] : []];
@@ -164,23 +159,20 @@ function drawParameter({id, rows, parameter, key, title, digits, log = false, al
     .map(row => ({x: scale.places.get(row.value), y: row[column], value: row.value})).sort((a, b) => a.x - b.x);
   const level = base && fits(base) ? [Math.min(...ends) - scale.step / 3, Math.max(...ends) + scale.step / 3]
     .map(x => ({x, y: base[key], value: 'base'})) : [];
-  const extra = also && ofParameter.some(row => known(row[also.key])) ? points(also.key) : [];
   const heights = [...shown, ...level.length ? [base] : []].map(row => row[key]);
   const lineOf = name => ({borderColor: colour(name), backgroundColor: colour(name), borderWidth: 1.8, radius: 4, showLine: scale.isScale});
   drawChart(id, {
     shape: 'small',
     label: title + ' by the value of ' + clipped(parameter),
     caption,
-    behind: tableBehind('Table of the values', ['value', title, ...extra.length ? [also.title] : []],
-      () => ofParameter.map(row => [element('td', {class: 'long'}, row.value), fixed(row[key], digits),
-        ...extra.length ? [fixed(row[also.key], digits)] : []]), [1, 2]),
+    behind: tableBehind('Table of the values', ['value', title],
+      () => ofParameter.map(row => [element('td', {class: 'long'}, row.value), fixed(row[key], digits)]), [1]),
     config: () => ({type: 'line', data: {datasets: [
       {label: title, data: points(key), ...lineOf('helps')},
-      {label: also && also.title, data: extra, ...lineOf('harms'), borderDash: [7, 4], pointStyle: 'rect'},
       {label: 'base', data: level, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1.5, radius: 0, hitRadius: 0,
         pointStyle: 'line'}].filter(set => set.data.length)},
     options: {scales: {x: valueAxis(parameter, scale), y: log ? logAxis(title, heights) : axis(title, {grace: '8%'})},
-      plugins: {legend: {display: extra.length > 0, position: 'bottom', labels: legendLabels()}, tooltip: {
+      plugins: {legend: {display: false}, tooltip: {
         filter: item => item.raw.value !== undefined,
         callbacks: {title: () => '', label: ({raw}) => clipped(raw.value, 60) + ': ' + fixed(raw.y, digits)}}}}}),
   });
@@ -191,19 +183,17 @@ function drawParameter({id, rows, parameter, key, title, digits, log = false, al
 function tradeoffTable(place) {
   const metric = (title, key, digits, more = {}) =>
     ({title, key: row => row[key], cell: row => fixed(row[key], digits), number: true, descending: true, ...more});
-  const front = row => row.psnr_pareto_front ? row.score_pareto_front ? 'both' : 'PSNR' : row.score_pareto_front ? 'scores' : '';
   return new SortedTable(place, [
     {title: 'Configuration', key: row => row.configuration, class: 'long',
       cell: row => row.base ? element('b', {}, row.configuration) : row.configuration},
     {title: 'Run, s', key: row => row.run_seconds, number: true, hint: 'seconds, with scoring', cell: row => fixed(row.run_seconds, 1)},
     metric('Step, ms', 'value_ms', 2, {descending: false, class: 'wide', hint: 'a training step with its scoring'}),
     metric('Ratio', 'scoring_ratio', 2, {descending: false, class: 'wide', hint: 'step with scoring / without'}),
-    metric('PSNR, dB', 'val_psnr', 2, {hint: 'of validation photos at the base\'s size; none where other pixels are measured'}),
+    metric('PSNR, dB', 'val_psnr', 2, {hint: 'of validation photos; none where other pixels are measured'}),
     metric('Seeds r', 'seed_pearson', 3, {class: 'wide', hint: 'Pearson’s correlation of the scores of two seeds'}),
-    metric('Seeds rho', 'seed_spearman', 3, {class: 'wide', hint: 'Spearman’s correlation of the scores of two seeds'}),
     metric('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the full_resolution scores'}),
-    {title: 'Pareto front', key: front, descending: true, class: 'wide', cell: row => front(row) || '–',
-      hint: 'no other configuration is as good in less time: by PSNR, by agreement of scores, or by both'},
+    {title: 'Pareto front', key: row => row.psnr_pareto_front ? 1 : 0, number: true, descending: true, class: 'wide',
+      cell: row => row.psnr_pareto_front ? 'yes' : '–', hint: 'no other configuration reaches as high a PSNR in less time'},
   ], {sort: 1});
 }
 
@@ -218,17 +208,15 @@ function clearChart(id, text) {
 
 function drawTradeoff(one) {
   const rows = rowsOfMethod(one.tradeoff, one.method), measure = TRADEOFF_MEASURES.find(({key}) => key === one.measure);
-  const agrees = measure && measure.key === 'agreement_pearson', method = clipped(one.method, 40);
+  const method = clipped(one.method, 40);
   one.table.setRows(rows);
-  drawCost({id: one.id + '-psnr', rows, key: 'val_psnr', title: 'validation PSNR, dB', digits: 2, front: 'psnr_pareto_front'});
+  drawCost({id: one.id + '-psnr', rows, key: 'val_psnr', title: 'validation PSNR, dB', digits: 2, front: true});
   if (measure)
-    drawCost({id: one.id + '-score', rows, ...measure, front: agrees ? 'score_pareto_front' : '',
-      about: 'By ' + method + ': ' + measure.means + '. '});
+    drawCost({id: one.id + '-score', rows, ...measure, about: 'By ' + method + ': ' + measure.means + '. '});
   if (!one.parameter) return;
   const draw = (name, more) => drawParameter({id: one.id + '-' + name, rows, parameter: one.parameter, digits: 2, ...more});
   if (measure)
-    draw('parameter-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper value does as well.',
-      also: agrees ? {key: 'all_pixels_pearson', title: 'with all validation pixels, r'} : undefined});
+    draw('parameter-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper value does as well.'});
   draw('parameter-psnr', {key: 'val_psnr', title: 'validation PSNR, dB', caption: 'How quality depends on the parameter.'});
   draw('parameter-time', {key: 'run_seconds', title: 'seconds of a run', log: true,
     caption: 'How the time of a run depends on it; dashed is the base.'});

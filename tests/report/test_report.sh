@@ -253,8 +253,7 @@ tradeoff() {
     awk -v kind="${2-}" 'BEGIN {
         OFS = ","
         print "configuration,parameter,value,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr," \
-            "psnr_pareto_front,method,score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman," \
-            "all_pixels_pearson,all_pixels_spearman"
+            "psnr_pareto_front,method,seed_pearson,agreement_pearson"
         count = split("base: rays:125 rays:500 rays:2000 val-rays:256 val-rays:1024 val-rays:all effects:-sky accuracy:draft samples:8 " \
             "full_resolution:all", configurations, " ")
         if (kind == "one") count = 1
@@ -269,8 +268,7 @@ tradeoff() {
                 if (p == 1 && kind != "hostile") value = "\"rays 1000, samples 16\""
                 method = m == 1 ? "dv_psnr" : m == 2 ? "dv_loss" : "method_" m
                 seconds = 10 * p; agreement = value == "all" && parameter == "full_resolution" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
-                all_pixels = parameter == "val-rays" ? 0.9 : ""
-                spearman = p == 1 ? 0.8 : ""
+                seeds = p == 1 ? 0.8 : ""
                 psnr = 20 + p / 4
                 if (kind == "hostile") {
                     hurt = "<img src=x onerror=\"\"window.broken = 8\"\"></script><script>window.broken = 9</script>"
@@ -281,8 +279,8 @@ tradeoff() {
                     seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
                     psnr = p == 2 ? "1e308" : p == 3 ? "-1e308" : psnr
                 }
-                print configuration, parameter, value, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, \
-                    0.9, spearman, agreement, agreement, all_pixels, all_pixels
+                print configuration, parameter, value, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, seeds, \
+                    agreement
             }
     }' >"$folder/$1/tradeoff.csv"
 }
@@ -294,7 +292,7 @@ done
 check "shows none of the runs of its configurations" test "$(runs_of "$folder/trade/report.html")" -eq 0
 check "unless a run is named beside it" report "$folder/run" "$folder/trade" "$folder/trade_one" --to "$folder/traded.html" --no-thumbnails
 check "a tradeoff that lacks any column it needs" eval 'for column in configuration run_seconds psnr_pareto_front \
-    score_pareto_front all_pixels_pearson; do
+    agreement_pearson; do
     sed "1s/\b$column\b/other/" "$folder/trade/tradeoff.csv" >"$folder/edited/tradeoff.csv" &&
         refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
 done'

@@ -30,19 +30,13 @@ contents() {
     local file
     (
         cd "$folder/$1" || exit
-        find . -type f ! -name '*.db' ! -name 'checkpoint_*' ! -name '*.html' ! -name tradeoff.csv ! -name measurements.json \
-            ! -name SHA256SUMS -exec sha256sum {} + | sort -k2
+        find . -type f ! -name '*.db' ! -name 'checkpoint_*' ! -name '*.html' ! -name tradeoff.csv ! -name SHA256SUMS \
+            -exec sha256sum {} + | sort -k2
     )
     for file in $(ledgers "$1"); do rows "$(dirname "${file#"$folder"/}")" | sed "s|^|${file#"$folder/$1"} |"; done
-    [[ ! -e $folder/$1/tradeoff.csv ]] || # configuration, steps, val_psnr, method, seed_pearson, agreement_spearman
+    [[ ! -e $folder/$1/tradeoff.csv ]] || # configuration, steps, val_psnr, method, seed_pearson, agreement_pearson
         awk -F, '$2 ~ /^(base|full_resolution|epochs|parameter)$/' "$folder/$1/tradeoff.csv" | sed 's/"[^"]*"//' |
-            cut -d, -f 1,6,12,14,16,19
-}
-
-timings() { # timings OUT: what a sweep has timed so far
-    [[ ! -e $folder/$1/measurements.json ]] || sqlite3 :memory: "SELECT c.key, q.key, q.value FROM
-        json_each(CAST(readfile('$folder/$1/measurements.json') AS TEXT), '\$.measurements') c, json_each(c.value) q
-        WHERE q.key <> 'val_psnr' ORDER BY c.key, q.key"
+            cut -d, -f 1,6,12,14-16
 }
 
 same_contents() { # same_contents OUT OUT
@@ -101,9 +95,7 @@ stops() {
     further=$(($(progress "$1") + 1))
     check "$1: is resumed, and interrupted" stop "${signal:-INT}" "$1" $((further > $2 / 3 ? further : $2 / 3))
     check "$1: what it leaves is intact" intact "$1"
-    timings "$1" >"$folder/timings"
     check "$1: is resumed, and ends" finish "$1"
-    check "$1: keeps what it timed" test -z "$(timings "$1" | sort | comm -13 - <(sort "$folder/timings"))"
 }
 
 # resumes NAME WORD...: the words are a command line. With $together, what is stopped takes as many trainings at a time, with $devices=2 on

@@ -62,8 +62,7 @@ static void print_text(const struct vw_sweep *sweep) {
              sweep->configurations->count, sweep->params->common.seeds, vw_plural(sweep->params->common.seeds),
              vw_value_default_method);
     print_table(sweep);
-    vw_print("\nfront    1: no other configuration reaches that PSNR in less time, or agrees as well with the "
-             "full_resolution reference in less time\n");
+    vw_print("\nfront    1: no other configuration reaches that PSNR in less time\n");
     print_knee(sweep, "PSNR within 0.3 dB of the best", offsetof(struct vw_sweep_metrics, val_psnr), 0.3, 2);
     print_knee(sweep, "agreement within 0.02", offsetof(struct vw_sweep_metrics, agreement_pearson), 0.02, 3);
     print_knee(sweep, "r of two seeds within 0.02", offsetof(struct vw_sweep_metrics, seed_pearson), 0.02, 3);

@@ -32,7 +32,6 @@ static const struct sweep {
     {"epochs", offsetof(struct vw_config, epochs), TIMES, ALL, {0.25, 0.5, 2}},
 };
 static const double learning_rate_decays[] = {1, 0.3, 0.1};
-static const double downscales[] = {2, 4};    // times the base's
 static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest factor of `rays`
 
 // ---- Configurations ----
@@ -44,8 +43,7 @@ static enum vw_status add(struct vw_sweep_configurations *configurations, const 
         return vw_fail(VW_ERROR_USAGE, "more than %d configurations to try; name fewer by --parameters",
                        VW_CONFIGURATIONS_MAX);
     struct vw_sweep_configuration *configuration = &configurations->configurations[configurations->count++];
-    *configuration = (struct vw_sweep_configuration){
-        .parameter = parameter, .config = *config, .downscale = configurations->configurations[0].downscale};
+    *configuration = (struct vw_sweep_configuration){.parameter = parameter, .config = *config};
     snprintf(configuration->value, sizeof configuration->value, "%s", value);
     snprintf(configuration->name, sizeof configuration->name, "%s%s%s", parameter, *value ? "-" : "", value);
     return VW_OK;
@@ -64,7 +62,7 @@ static bool has(const struct vw_config *config, const struct sweep *sweep) {
 }
 
 // Describes the value of every parameter at the base.
-static void describe_base(struct vw_sweep_configuration *base) {
+static void describe_base(uint32_t downscale, struct vw_sweep_configuration *base) {
     size_t used = 0, size_bytes = sizeof base->value;
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && used < size_bytes; i++)
         if (has(&base->config, &sweeps[i]))
@@ -72,7 +70,7 @@ static void describe_base(struct vw_sweep_configuration *base) {
                                      *(const uint32_t *)((const char *)&base->config + sweeps[i].offset));
     if (used < size_bytes)
         snprintf(base->value + used, size_bytes - used, "learning-rate-decay %g, downscale %" PRIu32,
-                 base->config.learning_rate_decay, base->downscale);
+                 base->config.learning_rate_decay, downscale);
 }
 
 // Spells the effects that are on like --effects, but for one (NULL: none). Returns false when the list is too long.
@@ -151,13 +149,6 @@ static enum vw_status add_sweep(const struct vw_session *session, const struct s
     return status;
 }
 
-static enum vw_status add_all_pixels(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
-    struct vw_config config = configurations->configurations[0].config;
-    config.val_rays = (uint32_t)val_pixels(session->scene);
-    configurations->all_pixels = configurations->count;
-    return add(configurations, "val-rays", "all", &config);
-}
-
 static enum vw_status add_learning_rate_decays(const struct vw_session *session,
                                                struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
@@ -170,23 +161,6 @@ static enum vw_status add_learning_rate_decays(const struct vw_session *session,
         if (!is_admitted(&config)) continue;
         snprintf(value, sizeof value, "%g", learning_rate_decays[i]);
         status = add(configurations, "learning-rate-decay", value, &config);
-    }
-    return status;
-}
-
-static enum vw_status add_downscales(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
-    enum vw_status status = VW_OK;
-    // The points of a recipe, and with them the number of splats, depend on the size of its photos.
-    if (configurations->configurations[0].config.field == VW_FIELD_SPLATS &&
-        strcmp(session->scene->format, "recipe") == 0)
-        return VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(downscales) && !status; i++) {
-        char value[VALUE_BYTES];
-        uint32_t downscale = (uint32_t)(configurations->configurations[0].downscale * downscales[i]);
-        if (downscale > 64) continue; // the limit of --downscale
-        snprintf(value, sizeof value, "%" PRIu32, downscale);
-        status = add(configurations, "downscale", value, &configurations->configurations[0].config);
-        if (!status) configurations->configurations[configurations->count - 1].downscale = downscale;
     }
     return status;
 }
@@ -241,7 +215,6 @@ static const struct {
     enum vw_status (*add)(const struct vw_session *session, struct vw_sweep_configurations *configurations);
 } others[] = {
     {"learning-rate-decay", add_learning_rate_decays},
-    {"downscale", add_downscales},
     {"effects", add_effects},
     {"accuracy", add_accuracies},
 };
@@ -274,20 +247,16 @@ enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32
                                             const struct vw_session *session,
                                             struct vw_sweep_configurations *configurations) {
     configurations->count = 0;
-    configurations->all_pixels = UINT32_MAX;
-    configurations->configurations[0].downscale = downscale;
     struct vw_config config = *base;
     if (!spell_effects(session, NULL, config.effects))
         return vw_fail(VW_ERROR_USAGE, "--effects: the list is too long; name fewer");
     enum vw_status status = check_val_pixels(session->scene);
     if (!status) status = add(configurations, "base", "", &config);
-    if (!status) describe_base(&configurations->configurations[0]);
+    if (!status) describe_base(downscale ? downscale : 1, &configurations->configurations[0]);
     if (!status) status = add_full_resolution(session, configurations);
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {
         if (!is_wanted(parameters, i) || !has(&config, &sweeps[i])) continue;
         status = add_sweep(session, &sweeps[i], configurations);
-        if (!status && sweeps[i].offset == offsetof(struct vw_config, val_rays))
-            status = add_all_pixels(session, configurations);
     }
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(others) && !status; i++)
         if (is_wanted(parameters, VW_ARRAY_COUNT(sweeps) + i)) status = others[i].add(session, configurations);

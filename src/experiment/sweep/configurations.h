@@ -15,24 +15,23 @@ struct vw_sweep_configuration {
     const char *parameter;                    // "base", "full_resolution", "rays", ...; static
     char value[VW_CONFIGURATION_VALUE_BYTES]; // "125"; of the base, all parameters: "rays 500, samples 32, ..."
     struct vw_config config;                  // first seed; effects are spelled out as decided at the base
-    uint32_t downscale;
 };
 
 struct vw_sweep_configurations {
     struct vw_sweep_configuration configurations[VW_CONFIGURATIONS_MAX];
     uint32_t count;           // the first is the base
     uint32_t full_resolution; // all validation pixels, and twice the rays where the device admits them
-    uint32_t all_pixels;      // all validation pixels, the rest as at the base; UINT32_MAX when it is not tried
 };
 
 // The parameters, for messages and --help.
 #define VW_SWEEP_PARAMETERS                                                                                            \
     "rays, samples, importance-samples, val-rays, levels, log2-table, mlp-depth, width, epochs, "                      \
-    "learning-rate-decay, downscale, effects, accuracy"
+    "learning-rate-decay, effects, accuracy"
 // Reads names of parameters with commas between as a set of bits. VW_ERROR_USAGE names a word that is none.
 enum vw_status vw_sweep_parameters_parse(const char *list, uint32_t *parameters);
 // Lists the configurations around a base, for a session whose effects are decided. `parameters`: a set of bits; 0: all.
-// Values that the config does not admit, or that equal another configuration, are left out.
+// Values that the config does not admit, or that equal another configuration, are left out. `downscale` is for the
+// description of the base.
 enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32_t downscale, uint32_t parameters,
                                             const struct vw_session *session,
                                             struct vw_sweep_configurations *configurations);

@@ -141,7 +141,16 @@ struct vw_coverage vw_agreement_coverage(const struct vw_score_tables *tables, c
 
 struct vw_agreement_summary vw_full_agreement_summarise(const struct vw_full_agreement *pairs, uint32_t pair_count,
                                                         enum vw_agreement_measure measure) {
-    struct vw_agreement_summary summary = VW_AGREEMENT_NONE;
-    for (uint32_t i = 0; i < pair_count; i++) vw_agreement_add(pairs[i].values[measure], &summary);
+    struct vw_agreement_summary summary = {.lowest = NAN, .highest = NAN};
+    double sum = 0;
+    for (uint32_t i = 0; i < pair_count; i++) {
+        double value = pairs[i].values[measure];
+        if (isnan(value)) continue;
+        sum += value;
+        summary.pairs++;
+        summary.lowest = fmin(summary.lowest, value); // which prefers a number to NaN
+        summary.highest = fmax(summary.highest, value);
+    }
+    summary.mean = summary.pairs ? sum / summary.pairs : NAN;
     return summary;
 }

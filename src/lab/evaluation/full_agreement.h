@@ -56,6 +56,12 @@ struct vw_coverage vw_agreement_coverage(const struct vw_score_tables *tables, c
 // caller (free).
 enum vw_status vw_full_agreement_of_pairs(const struct vw_score_tables *tables, const struct vw_score_table *table,
                                           struct vw_full_agreement **pairs, uint32_t *pair_count);
+// A measure over all pairs of runs; pairs where it is undefined are left out; NaN when none is left. Pairs share runs,
+// so their range is narrower than that of as many independent ones.
+struct vw_agreement_summary {
+    double mean, lowest, highest;
+    uint32_t pairs;
+};
 struct vw_agreement_summary vw_full_agreement_summarise(const struct vw_full_agreement *pairs, uint32_t pair_count,
                                                         enum vw_agreement_measure measure);
 

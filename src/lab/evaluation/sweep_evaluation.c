@@ -6,14 +6,13 @@
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "experiment/sweep/state.h"
 #include "lab/evaluation/evaluation.h"
 #include "lab/evaluation/subset_trainings.h"
 #include "viewworth/log.h"
 
 // The evaluation while it is made.
 struct work {
-    struct vw_sweep_state *state;
+    struct vw_sweep *sweep;
     const struct vw_score_tables *tables; // by configuration
     uint32_t halves;
     struct vw_retrainer retrainer;
@@ -36,8 +35,8 @@ const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool
 // ---- Trainings ----
 
 static enum vw_status train(struct work *work) {
-    const struct vw_experiment_params *common = &work->state->params->common;
-    const struct vw_retrainer_params params = {.session = &work->state->session,
+    const struct vw_experiment_params *common = &work->sweep->params->common;
+    const struct vw_retrainer_params params = {.session = &work->sweep->session,
                                                .config = common->config,
                                                .out = common->out,
                                                .together = common->together,
@@ -93,26 +92,26 @@ static void print_rows(FILE *stream, const void *context) {
     const struct work *work = context;
     const struct vw_metric none = {.value = NAN, .ci_low = NAN, .ci_high = NAN};
     fputs("configuration,method,auc,lds,lds_ci_low,lds_ci_high\n", stream);
-    for (uint32_t c = 0; c < work->state->configurations->count; c++)
+    for (uint32_t c = 0; c < work->sweep->configurations->count; c++)
         for (uint32_t t = 0; t < work->tables[c].count; t++) {
             const char *method = work->tables[c].tables[t].method;
             const struct vw_metric *auc = vw_metrics_find(&work->evaluated[c], "auc", "corrupted", method);
             const struct vw_metric *lds = vw_metrics_find(&work->evaluated[c], "lds", "val_psnr", method);
             if (!auc) auc = &none;
             if (!lds) lds = &none;
-            vw_csv_print(stream, "t,t,r,r,r,r\n", work->state->configurations->configurations[c].name, method,
+            vw_csv_print(stream, "t,t,r,r,r,r\n", work->sweep->configurations->configurations[c].name, method,
                          auc->value, lds->value, lds->ci_low, lds->ci_high);
         }
 }
 
 static enum vw_status make(struct work *work) {
-    uint32_t count = work->state->configurations->count;
+    uint32_t count = work->sweep->configurations->count;
     bool known = false; // the tables tell as well
     enum vw_status status = train(work);
     if (status) return status;
     work->ground_truths = vw_retrainer_list_labels(&work->retrainer, &known);
     work->evaluated = vw_allocate(count, sizeof *work->evaluated);
-    char *path = vw_path_join(work->state->params->common.out, "evaluation.csv");
+    char *path = vw_path_join(work->sweep->params->common.out, "evaluation.csv");
     if (!work->ground_truths || !work->evaluated || !path) status = VW_ERROR_MEMORY;
     for (uint32_t c = 0; !status && c < count; c++) status = evaluate(work, c);
     if (!status) status = vw_csv_write_file(path, print_rows, work);
@@ -121,11 +120,11 @@ static enum vw_status make(struct work *work) {
     return status;
 }
 
-enum vw_status vw_sweep_evaluate(void *context, struct vw_sweep_state *state, const struct vw_score_tables *tables) {
+enum vw_status vw_sweep_evaluate(void *context, struct vw_sweep *sweep, const struct vw_score_tables *tables) {
     const struct vw_sweep_evaluation *evaluation = context;
-    struct work work = {.state = state, .tables = tables, .halves = evaluation->halves};
+    struct work work = {.sweep = sweep, .tables = tables, .halves = evaluation->halves};
     enum vw_status status = make(&work);
-    for (uint32_t c = 0; work.evaluated && c < state->configurations->count; c++) free(work.evaluated[c].rows);
+    for (uint32_t c = 0; work.evaluated && c < sweep->configurations->count; c++) free(work.evaluated[c].rows);
     free(work.evaluated);
     free(work.ground_truths);
     vw_subsets_free(&work.subsets);

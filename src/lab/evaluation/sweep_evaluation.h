@@ -21,6 +21,6 @@ const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool
 // - auc: probability that a clean photo scores above a corrupted one
 // - lds, lds_ci_low, lds_ci_high: Spearman's correlation of summed scores of halves with what trainings on them reach,
 //   and its 95 % interval over the halves
-enum vw_status vw_sweep_evaluate(void *context, struct vw_sweep_state *state, const struct vw_score_tables *tables);
+enum vw_status vw_sweep_evaluate(void *context, struct vw_sweep *sweep, const struct vw_score_tables *tables);
 
 #endif

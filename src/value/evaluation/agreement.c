@@ -28,27 +28,3 @@ enum vw_status vw_agreement_of_pair(const double *a, const double *b, const bool
     if (!status) *agreement = made;
     return status;
 }
-
-void vw_agreement_add(double value, struct vw_agreement_summary *summary) {
-    if (isnan(value)) return;
-    summary->sum += value;
-    summary->pairs++;
-    summary->mean = summary->sum / summary->pairs;
-    summary->lowest = fmin(summary->lowest, value); // which prefers a number to NaN
-    summary->highest = fmax(summary->highest, value);
-}
-
-enum vw_status vw_agreement_of_runs(const double *values, uint32_t run_count, uint32_t photo_count,
-                                    struct vw_agreement_summary *pearson, struct vw_agreement_summary *spearman) {
-    enum vw_status status = VW_OK;
-    *pearson = *spearman = VW_AGREEMENT_NONE;
-    for (uint32_t a = 0; a < run_count; a++)
-        for (uint32_t b = a + 1; b < run_count && !status; b++) {
-            struct vw_agreement pair = {.pearson = NAN, .spearman = NAN};
-            status = vw_agreement_of_pair(values + (size_t)a * photo_count, values + (size_t)b * photo_count, NULL,
-                                          photo_count, &pair);
-            vw_agreement_add(pair.pearson, pearson);
-            vw_agreement_add(pair.spearman, spearman);
-        }
-    return status;
-}

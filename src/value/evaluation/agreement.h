@@ -23,19 +23,4 @@ enum vw_status vw_agreement_of_pair(const double *a, const double *b, const bool
 uint32_t vw_agreement_keep(const double *a, const double *b, const bool *only, uint32_t count, double *kept_a,
                            double *kept_b);
 
-// A measure over all pairs of runs; pairs where it is undefined are left out; NaN when none is left. Pairs share runs,
-// so their range is narrower than that of as many independent ones.
-struct vw_agreement_summary {
-    double mean, lowest, highest;
-    uint32_t pairs;
-    double sum;
-};
-#define VW_AGREEMENT_NONE                                                                                              \
-    (struct vw_agreement_summary) { .mean = NAN, .lowest = NAN, .highest = NAN }
-void vw_agreement_add(double value, struct vw_agreement_summary *summary); // adds a pair
-
-// Correlates all pairs of runs; `values` are [run * photo_count + photo].
-enum vw_status vw_agreement_of_runs(const double *values, uint32_t run_count, uint32_t photo_count,
-                                    struct vw_agreement_summary *pearson, struct vw_agreement_summary *spearman);
-
 #endif
