@@ -68,8 +68,7 @@ struct vw_options {
     const char *method; // the method that selects photos
     struct vw_texts lists;
     enum vw_equal equal;
-    const char *scores;       // OUT of a valued run
-    uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
+    const char *scores; // OUT of a valued run
     bool depth;
     const char *pose, *path, *video; // where render stands, without a photo
     uint32_t frames;

@@ -7,7 +7,6 @@
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "experiment/experiment.h"
 #include "experiment/measured_views.h"
 #include "experiment/retrain.h"
 #include "run/out_lock.h"
@@ -29,66 +28,10 @@ struct work {
 
 static enum vw_status check(const struct vw_comparison_params *params) {
     const struct vw_experiment_params *common = &params->common;
-    struct vw_photo_sets_params sets = params->sets;
-    if (common->seeds > VW_COMPARISON_SAMPLES_MAX || params->valuation_seeds > VW_VALUATIONS_MAX)
-        return vw_fail(VW_ERROR_USAGE, "--seeds: at most %d can be compared, and by at most %d valuations",
-                       VW_COMPARISON_SAMPLES_MAX, VW_VALUATIONS_MAX);
-    if (params->valuation_seeds && sets.scores)
-        return vw_fail(VW_ERROR_USAGE, "--valuation-seeds: values the scene itself; leave out --scores");
-    if (params->valuation_seeds) sets.scores = common->out; // valued there
-    enum vw_status status = vw_photo_sets_check(&sets);
-    uint32_t valuations = params->valuation_seeds,
-             seeds = valuations ? valuations * (common->seeds + 1) : common->seeds;
-    return status ? status : vw_experiment_check(common, seeds, valuations > 0);
-}
-
-// ---- Valuations ----
-
-// Returns the config of a valuation, whose seeds come after those of the trainings.
-static struct vw_config valuation_config(const struct vw_comparison_params *params) {
-    struct vw_config config = *params->common.config;
-    config.seed += (uint64_t)params->valuation_seeds * params->common.seeds;
-    return config;
-}
-
-static enum vw_status value_scene(struct work *work) {
-    struct vw_experiment_params valuations = work->params->common;
-    const struct vw_config config = valuation_config(work->params);
-    valuations.config = &config;
-    valuations.seeds = work->params->valuation_seeds;
-    return vw_seed_runs_make(&valuations, &work->comparison->session);
-}
-
-// Makes the lists of one valuation; without valuations those that the params name.
-static enum vw_status make_sets(const struct vw_comparison_params *params, const struct vw_scene *scene,
-                                uint32_t valuation, struct vw_photo_sets *sets) {
-    struct vw_photo_sets_params valued = params->sets;
-    char *folder = NULL;
-    if (params->valuation_seeds) {
-        folder = vw_seed_run_path(params->common.out, valuation_config(params).seed + valuation, "");
-        if (!folder) return VW_ERROR_MEMORY;
-        valued.scores = folder;
-        valued.varies = true;
-    }
-    enum vw_status status = vw_photo_sets_make(&valued, &params->common, scene, sets);
-    free(folder);
-    return status;
-}
-
-static enum vw_status make_all_sets(struct work *work) {
-    const struct vw_comparison_params *params = work->params;
-    struct vw_comparison *comparison = work->comparison;
-    const struct vw_scene *scene = comparison->session.scene;
-    uint32_t others = params->valuation_seeds ? params->valuation_seeds - 1 : 0;
-    comparison->training_count = (1 + others) * params->common.seeds;
-    enum vw_status status = make_sets(params, scene, 0, &comparison->sets);
-    if (!status && params->valuation_seeds && !comparison->sets.by_scores)
-        return vw_fail(VW_ERROR_USAGE, "--valuation-seeds: no list is selected by scores; leave it out");
-    comparison->other_sets = vw_allocate(others, sizeof *comparison->other_sets);
-    if (!status && !comparison->other_sets) status = VW_ERROR_MEMORY;
-    for (uint32_t v = 0; !status && v < others; v++)
-        status = make_sets(params, scene, 1 + v, &comparison->other_sets[v]);
-    return status;
+    if (common->seeds > VW_COMPARISON_SEEDS_MAX)
+        return vw_fail(VW_ERROR_USAGE, "--seeds: at most %d can be compared", VW_COMPARISON_SEEDS_MAX);
+    enum vw_status status = vw_photo_sets_check(&params->sets);
+    return status ? status : vw_experiment_check(common, common->seeds, false);
 }
 
 enum { RENDERED_VIEWS = 2 };
@@ -108,18 +51,6 @@ static enum vw_status choose_rendered_views(const struct vw_scene *scene, struct
     return VW_OK;
 }
 
-// Pairs every list with the first one, then the others with each random one.
-static enum vw_status list_pairs(struct vw_comparison *comparison) {
-    const struct vw_photo_sets *sets = &comparison->sets;
-    comparison->pairs = vw_allocate((size_t)sets->count * sets->count, sizeof *comparison->pairs);
-    if (!comparison->pairs) return VW_ERROR_MEMORY;
-    for (uint32_t against = 0; against < sets->count; against++)
-        for (uint32_t l = 1; l < sets->count; l++)
-            if (!against || (sets->lists[against].random && !sets->lists[l].random))
-                comparison->pairs[comparison->pair_count++] = (struct vw_set_pair){l, against};
-    return VW_OK;
-}
-
 static enum vw_status plan(struct work *work) {
     const struct vw_experiment_params *common = &work->params->common;
     struct vw_comparison *comparison = work->comparison;
@@ -127,15 +58,13 @@ static enum vw_status plan(struct work *work) {
     if (!scene->split_count[VW_SPLIT_VAL] && !scene->split_count[VW_SPLIT_TEST])
         return vw_fail(VW_ERROR_INPUT, "%s: has neither validation nor test photos; name some by --val or --test",
                        common->scene.path);
-    enum vw_status status = make_all_sets(work);
+    enum vw_status status = vw_photo_sets_make(&work->params->sets, common, scene, &comparison->sets);
     if (status) return status;
-    comparison->results =
-        vw_allocate((size_t)comparison->sets.count * comparison->training_count, sizeof *comparison->results);
+    comparison->outcomes = vw_allocate((size_t)comparison->sets.count * common->seeds, sizeof *comparison->outcomes);
     work->renders_folder = vw_path_join(common->out, "renders");
     work->pictures_folder = vw_path_join(common->out, "renders/retrainings");
-    if (!comparison->results || !work->renders_folder || !work->pictures_folder) return VW_ERROR_MEMORY;
-    status = choose_rendered_views(scene, comparison);
-    return status ? status : list_pairs(comparison);
+    if (!comparison->outcomes || !work->renders_folder || !work->pictures_folder) return VW_ERROR_MEMORY;
+    return choose_rendered_views(scene, comparison);
 }
 
 // ---- Training ----
@@ -161,22 +90,21 @@ static enum vw_status open_retrainer(struct work *work) {
 // photos, because a random list has those drawn last.
 static enum vw_status list_retrainings(struct work *work) {
     struct vw_comparison *comparison = work->comparison;
-    uint32_t lists = comparison->sets.count, count = lists * comparison->training_count;
+    uint32_t lists = comparison->sets.count, count = lists * comparison->params->common.seeds;
     size_t photos = work->retrainer.train_count;
     work->retrainings = vw_allocate(count, sizeof *work->retrainings);
     work->views = vw_allocate(count * photos, sizeof *work->views);
     if (!work->retrainings || !work->views) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t list = i % lists, valuation = i / lists / comparison->params->common.seeds;
-        struct vw_photo_sets *sets = valuation ? &comparison->other_sets[valuation - 1] : &comparison->sets;
+        uint32_t list = i % lists;
         uint64_t seed = comparison->params->common.config->seed + i / lists;
-        const uint32_t *drawn = vw_photo_sets_draw(sets, list, seed);
-        uint32_t view_count = sets->lists[list].count;
+        const uint32_t *drawn = vw_photo_sets_draw(&comparison->sets, list, seed);
+        uint32_t view_count = comparison->sets.lists[list].count;
         work->retrainings[i] =
             (struct vw_retrain_params){.views = memcpy(work->views + i * photos, drawn, view_count * sizeof *drawn),
                                        .view_count = view_count,
                                        .seed = seed,
-                                       .epochs = sets->lists[list].epochs};
+                                       .epochs = comparison->sets.lists[list].epochs};
     }
     return VW_OK;
 }
@@ -184,7 +112,7 @@ static enum vw_status list_retrainings(struct work *work) {
 // Makes the retrainings. Those with the first seed save the pictures for the renders.
 static enum vw_status train(struct work *work) {
     struct vw_comparison *comparison = work->comparison;
-    uint32_t lists = comparison->sets.count, count = lists * comparison->training_count;
+    uint32_t lists = comparison->sets.count, seeds = comparison->params->common.seeds, count = lists * seeds;
     struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
     enum vw_status status = results ? list_retrainings(work) : VW_ERROR_MEMORY;
     work->retrainer.saved_views = (struct vw_saved_views){.views = comparison->rendered_views,
@@ -192,10 +120,17 @@ static enum vw_status train(struct work *work) {
                                                           .folder = work->pictures_folder,
                                                           .seed = comparison->params->common.config->seed};
     if (!status) status = vw_retrain_announced(&work->retrainer, work->retrainings, count, results);
-    for (uint32_t i = 0; !status && i < count; i++)
-        comparison->results[(size_t)(i % lists) * comparison->training_count + i / lists] = results[i];
+    for (uint32_t i = 0; !status && i < count; i++) {
+        const struct vw_photo_set *list = &comparison->sets.lists[i % lists];
+        comparison->outcomes[(size_t)(i % lists) * seeds + i / lists] =
+            (struct vw_comparison_outcome){.list = list->name,
+                                           .seed = work->retrainings[i].seed,
+                                           .photo_count = list->count,
+                                           .epochs = list->epochs,
+                                           .result = results[i]};
+    }
     free(results);
-    return status;
+    return status ? status : vw_comparison_list_pairs(comparison);
 }
 
 // ---- Results ----
@@ -243,7 +178,6 @@ static enum vw_status make(struct work *work) {
     enum vw_status status = check(work->params);
     if (!status) status = vw_out_lock_take(out, &work->lock);
     if (!status) status = vw_experiment_open_session(&work->params->common, &work->comparison->session);
-    if (!status && work->params->valuation_seeds) status = value_scene(work);
     if (!status) status = plan(work);
     if (!status) status = vw_folder_create_inside(out, "renders/retrainings");
     if (status) return status;
@@ -268,13 +202,10 @@ enum vw_status vw_comparison_make(const struct vw_comparison_params *params, str
 }
 
 void vw_comparison_free(struct vw_comparison *comparison) {
-    free(comparison->results);
+    free(comparison->outcomes);
     free(comparison->pairs);
     free(comparison->rendered_views);
     free(comparison->report_path);
     vw_photo_sets_free(&comparison->sets);
-    for (uint32_t v = 1; comparison->other_sets && v < comparison->params->valuation_seeds; v++)
-        vw_photo_sets_free(&comparison->other_sets[v - 1]);
-    free(comparison->other_sets);
     vw_session_close(&comparison->session);
 }

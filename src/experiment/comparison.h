@@ -11,33 +11,37 @@
 #include "ledger/retraining.h"
 #include "value/evaluation/outcomes.h"
 
-enum { VW_VALUATIONS_MAX = 20, VW_COMPARISON_SAMPLES_MAX = 64 }; // seeds or valuations
+enum { VW_COMPARISON_SEEDS_MAX = 64 };
 
 struct vw_comparison_params {
     struct vw_experiment_params common;
     struct vw_photo_sets_params sets;
-    // So many valuations of the scene, made in OUT/seed_N, select the lists in place of sets.scores, which is NULL
-    // then; 0: none. Each has `common.seeds` trainings of every list, with seeds of their own, so that intervals over
-    // the valuations contain the noise of selection and of training.
-    uint32_t valuation_seeds;
 };
 
-// Two lists whose trainings with the same seeds are compared.
-struct vw_set_pair {
-    uint32_t list, against;
+// A training of a list.
+struct vw_comparison_outcome {
+    const char *list;
+    uint64_t seed;
+    uint32_t photo_count, epochs;
+    struct vw_retrain_result result;
+};
+
+// The difference of two lists in one outcome, over trainings with the same seeds.
+struct vw_comparison_pair {
+    const char *list, *against, *measure;
+    enum vw_outcome outcome; // that the measure is
+    struct vw_paired_difference paired;
 };
 
 struct vw_comparison {
     const struct vw_comparison_params *params; // borrowed
     struct vw_session session;                 // owned; its scene is what was trained on
     char scene_hash[VW_HASH_HEX_BYTES];
-    struct vw_photo_sets sets;         // owned; by the first valuation
-    struct vw_photo_sets *other_sets;  // owned; by valuation, from the second one on
-    uint32_t training_count;           // per list
-    bool half_views;                   // right halves are measured: appearance is taken from the left ones
-    struct vw_retrain_result *results; // owned; [list][training]; the seed of a training is common.config->seed + its
-                                       // number; the trainings of a valuation are neighbours
-    struct vw_set_pair *pairs;         // owned; every list against the first one, then against each random one
+    struct vw_photo_sets sets;              // owned
+    bool half_views;                        // right halves are measured: appearance is taken from the left ones
+    struct vw_comparison_outcome *outcomes; // owned; [list][seed]
+    struct vw_comparison_pair *pairs;       // owned; every list against the first one, then against each random one;
+                                            // a row per outcome
     uint32_t pair_count;
     uint32_t *rendered_views, rendered_count; // owned: scene indices
     char *report_path;                        // owned; NULL when there is no report
@@ -55,16 +59,11 @@ void vw_comparison_free(struct vw_comparison *comparison);
 
 // ---- comparison_files.c ----
 
-// Returns the list of a training: that of its valuation.
-const struct vw_photo_set *vw_comparison_list(const struct vw_comparison *comparison, uint32_t list, uint32_t training);
-// Returns whether a list has other photos by seed or by valuation.
-bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list);
-// Returns the mean of a list in one outcome, and its error, over the seeds or the valuations.
+// Returns the mean of a list in one outcome, and its error, over the seeds.
 struct vw_outcome_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
                                           enum vw_outcome outcome);
-// Returns the difference of a pair in one outcome, over the seeds; with valuations over their means.
-struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
-                                                     const struct vw_set_pair *pair, enum vw_outcome outcome);
+// Lists the pairs, once there are the outcomes.
+enum vw_status vw_comparison_list_pairs(struct vw_comparison *comparison);
 // Makes the content of compare.json; NULL when memory is short.
 json_t *vw_comparison_to_json(const struct vw_comparison *comparison);
 // Writes compare.csv, pairs.csv and disagreements.csv.

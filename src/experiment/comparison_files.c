@@ -1,94 +1,83 @@
 // The findings of a comparison: statistics over its trainings, and the files of OUT. Where memory is short JSON becomes
 // NULL (base/json.h).
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/json.h"
+#include "base/memory.h"
+#include "base/rows.h"
 #include "experiment/comparison.h"
-
-// Returns the results of a list, by training.
-static const struct vw_retrain_result *results_of(const struct vw_comparison *comparison, uint32_t list) {
-    return comparison->results + (size_t)list * comparison->training_count;
-}
-
-const struct vw_photo_set *vw_comparison_list(const struct vw_comparison *comparison, uint32_t list,
-                                              uint32_t training) {
-    uint32_t valuation = training / comparison->params->common.seeds;
-    return valuation ? &comparison->other_sets[valuation - 1].lists[list] : &comparison->sets.lists[list];
-}
-
-bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list) {
-    const struct vw_photo_set *first = &comparison->sets.lists[list];
-    return first->random || (first->by_scores && comparison->params->valuation_seeds);
-}
-
-// Fills in the means of the trainings of every valuation, or the trainings if the lists do not depend on valuations.
-// Returns how many there are.
-static uint32_t take_samples(const struct vw_comparison *comparison, uint32_t list, enum vw_outcome outcome,
-                             double samples[]) {
-    const struct vw_retrain_result *results = results_of(comparison, list);
-    uint32_t seeds = comparison->params->valuation_seeds ? comparison->params->common.seeds : 1,
-             count = comparison->training_count / seeds;
-    for (uint32_t i = 0; i < count; i++)
-        samples[i] = vw_outcome_average(&results[(size_t)i * seeds], seeds, outcome).mean;
-    return count;
-}
 
 struct vw_outcome_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
                                           enum vw_outcome outcome) {
-    double samples[VW_COMPARISON_SAMPLES_MAX];
-    return vw_samples_average(samples, take_samples(comparison, list, outcome, samples));
+    double samples[VW_COMPARISON_SEEDS_MAX];
+    uint32_t seeds = comparison->params->common.seeds;
+    for (uint32_t s = 0; s < seeds; s++)
+        samples[s] = vw_outcome_of(&comparison->outcomes[(size_t)list * seeds + s].result, outcome);
+    return vw_samples_average(samples, seeds);
 }
 
-struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
-                                                     const struct vw_set_pair *pair, enum vw_outcome outcome) {
-    double samples[VW_COMPARISON_SAMPLES_MAX], against[VW_COMPARISON_SAMPLES_MAX];
-    uint32_t count = take_samples(comparison, pair->list, outcome, samples);
-    take_samples(comparison, pair->against, outcome, against);
-    return vw_samples_compare(samples, against, count);
+static struct vw_comparison_pair compare(const struct vw_comparison *comparison, uint32_t list, uint32_t against,
+                                         enum vw_outcome outcome) {
+    double samples[VW_COMPARISON_SEEDS_MAX], others[VW_COMPARISON_SEEDS_MAX];
+    uint32_t seeds = comparison->params->common.seeds;
+    const struct vw_comparison_outcome *of_list = &comparison->outcomes[(size_t)list * seeds],
+                                       *of_other = &comparison->outcomes[(size_t)against * seeds];
+    for (uint32_t s = 0; s < seeds; s++) {
+        samples[s] = vw_outcome_of(&of_list[s].result, outcome);
+        others[s] = vw_outcome_of(&of_other[s].result, outcome);
+    }
+    return (struct vw_comparison_pair){.list = of_list->list,
+                                       .against = of_other->list,
+                                       .measure = vw_outcome_name(outcome),
+                                       .outcome = outcome,
+                                       .paired = vw_samples_compare(samples, others, seeds)};
 }
 
-// ---- CSV ----
-
-static void print_measures(FILE *stream) {
-    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
-        fprintf(stream, ",%s", vw_outcome_name(outcome));
-    fputc('\n', stream);
-}
-
-static void print_outcomes(FILE *stream, const void *context) {
-    const struct vw_comparison *comparison = context;
-    fputs("list,seed,photo_count,epochs", stream);
-    print_measures(stream);
-    for (uint32_t l = 0; l < comparison->sets.count; l++)
-        for (uint32_t s = 0; s < comparison->training_count; s++) {
-            const struct vw_photo_set *list = vw_comparison_list(comparison, l, s);
-            vw_csv_print(stream, "t,", list->name);
-            fprintf(stream, "%" PRIu64 ",%u,%u", comparison->params->common.config->seed + s, list->count,
-                    list->epochs);
+enum vw_status vw_comparison_list_pairs(struct vw_comparison *comparison) {
+    const struct vw_photo_sets *sets = &comparison->sets;
+    comparison->pairs = vw_allocate((size_t)sets->count * sets->count * VW_OUTCOME_COUNT, sizeof *comparison->pairs);
+    if (!comparison->pairs) return VW_ERROR_MEMORY;
+    for (uint32_t against = 0; against < sets->count; against++)
+        for (uint32_t l = 1; l < sets->count; l++)
             for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
-                vw_csv_print(stream, ",r", vw_outcome_of(&results_of(comparison, l)[s], outcome));
-            fputc('\n', stream);
-        }
+                if (!against || (sets->lists[against].random && !sets->lists[l].random))
+                    comparison->pairs[comparison->pair_count++] = compare(comparison, l, against, outcome);
+    return VW_OK;
 }
 
-static void print_pair(FILE *stream, const struct vw_comparison *comparison, const struct vw_set_pair *pair,
-                       enum vw_outcome outcome) {
-    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, outcome);
-    vw_csv_print(stream, "t,t,t,r,r,r,r,t\n", comparison->sets.lists[pair->list].name,
-                 comparison->sets.lists[pair->against].name, vw_outcome_name(outcome), paired.difference,
-                 paired.standard_error, paired.ci_low, paired.ci_high, paired.beyond_noise ? "true" : "false");
-}
+// ---- Tables ----
 
-static void print_pairs(FILE *stream, const void *context) {
-    const struct vw_comparison *comparison = context;
-    fputs("list,against,measure,difference,stderr,ci_low,ci_high,beyond_noise\n", stream);
-    for (uint32_t p = 0; p < comparison->pair_count; p++)
-        for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
-            print_pair(stream, comparison, &comparison->pairs[p], outcome);
+#define MEASURE(name) VW_COLUMN_AS(#name, struct vw_comparison_outcome, REAL_OR_NULL, result.name)
+static const struct vw_column outcome_columns[] = {
+    {VW_CELL("list", struct vw_comparison_outcome, TEXT, list), .left_out = VW_NOT_IN_JSON},
+    VW_COLUMN(struct vw_comparison_outcome, COUNT64, seed),
+    VW_COLUMN(struct vw_comparison_outcome, COUNT, photo_count),
+    {VW_CELL("epochs", struct vw_comparison_outcome, COUNT, epochs), .left_out = VW_NOT_IN_JSON},
+    MEASURE(val_psnr),
+    MEASURE(val_ssim),
+    MEASURE(val_l1),
+    MEASURE(test_psnr),
+    MEASURE(test_ssim),
+    MEASURE(test_l1),
+};
+
+static const struct vw_column pair_columns[] = {
+    VW_COLUMN(struct vw_comparison_pair, TEXT, list),
+    VW_COLUMN(struct vw_comparison_pair, TEXT, against),
+    VW_COLUMN(struct vw_comparison_pair, TEXT, measure),
+    VW_COLUMN_AS("difference", struct vw_comparison_pair, REAL_OR_NULL, paired.difference),
+    VW_COLUMN_AS("stderr", struct vw_comparison_pair, REAL_OR_NULL, paired.standard_error),
+    VW_COLUMN_AS("ci_low", struct vw_comparison_pair, REAL_OR_NULL, paired.ci_low),
+    VW_COLUMN_AS("ci_high", struct vw_comparison_pair, REAL_OR_NULL, paired.ci_high),
+    VW_COLUMN_AS("beyond_noise", struct vw_comparison_pair, FLAG, paired.beyond_noise),
+};
+
+static struct vw_rows outcomes_of(const struct vw_comparison *comparison, uint32_t list, uint32_t lists) {
+    uint32_t seeds = comparison->params->common.seeds;
+    return VW_ROWS(outcome_columns, &comparison->outcomes[(size_t)list * seeds], lists * seeds);
 }
 
 static void print_one_sided(FILE *stream, const struct vw_comparison *comparison, const struct vw_photo_set *has,
@@ -105,49 +94,43 @@ static void print_disagreements(FILE *stream, const void *context) {
     fputs("photo,in,not_in\n", stream);
     for (uint32_t a = 0; a < sets->count; a++)
         for (uint32_t b = 0; b < sets->count; b++)
-            if (!vw_comparison_varies(comparison, a) && !vw_comparison_varies(comparison, b))
+            if (!sets->lists[a].random && !sets->lists[b].random)
                 print_one_sided(stream, comparison, &sets->lists[a], &sets->lists[b]);
 }
 
-static enum vw_status write_table(const struct vw_comparison *comparison, const char *name, vw_csv_printer *print) {
-    char *path = vw_path_join(comparison->params->common.out, name);
-    enum vw_status status = path ? vw_csv_write_file(path, print, comparison) : VW_ERROR_MEMORY;
+static enum vw_status write_rows(const char *out, const char *name, struct vw_rows rows) {
+    char *path = vw_path_join(out, name);
+    enum vw_status status = path ? vw_rows_write_csv(path, &rows) : VW_ERROR_MEMORY;
     free(path);
     return status;
 }
 
 enum vw_status vw_comparison_write_csv(const struct vw_comparison *comparison) {
-    enum vw_status status = write_table(comparison, "compare.csv", print_outcomes);
-    if (!status) status = write_table(comparison, "pairs.csv", print_pairs);
-    if (!status) status = write_table(comparison, "disagreements.csv", print_disagreements);
+    const char *out = comparison->params->common.out;
+    char *path = vw_path_join(out, "disagreements.csv");
+    enum vw_status status = path ? vw_csv_write_file(path, print_disagreements, comparison) : VW_ERROR_MEMORY;
+    free(path);
+    if (!status) status = write_rows(out, "compare.csv", outcomes_of(comparison, 0, comparison->sets.count));
+    if (!status)
+        status = write_rows(out, "pairs.csv", VW_ROWS(pair_columns, comparison->pairs, comparison->pair_count));
     return status;
 }
 
 // ---- JSON ----
 
-static json_t *result_to_json(const struct vw_retrain_result *result, uint64_t seed, uint32_t photo_count) {
-    json_t *object = json_pack("{s:I, s:I}", "seed", (json_int_t)seed, "photo_count", (json_int_t)photo_count);
-    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
-        vw_json_set(&object, vw_outcome_name(outcome), vw_json_real(vw_outcome_of(result, outcome)));
-    return object;
-}
-
-// Returns a list's photos; none for a list that differs by seed or valuation.
+// Returns a list's photos; none for a list that differs by seed.
 static json_t *photos_to_json(const struct vw_comparison *comparison, uint32_t place) {
     const struct vw_photo_set *list = &comparison->sets.lists[place];
     json_t *photos = json_array();
-    for (uint32_t i = 0; !vw_comparison_varies(comparison, place) && i < list->count; i++)
+    for (uint32_t i = 0; !list->random && i < list->count; i++)
         vw_json_append(&photos, json_string(comparison->session.scene->views[list->views[i]].name));
     return photos;
 }
 
 static json_t *list_to_json(const struct vw_comparison *comparison, uint32_t place) {
     const struct vw_photo_set *list = &comparison->sets.lists[place];
-    const struct vw_retrain_result *results = results_of(comparison, place);
-    json_t *made = json_array(), *means = json_object(), *errors = json_object();
-    for (uint32_t s = 0; s < comparison->training_count; s++)
-        vw_json_append(&made, result_to_json(&results[s], comparison->params->common.config->seed + s,
-                                             vw_comparison_list(comparison, place, s)->count));
+    const struct vw_rows outcomes = outcomes_of(comparison, place, 1);
+    json_t *means = json_object(), *errors = json_object();
     for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++) {
         struct vw_outcome_mean mean = vw_comparison_mean(comparison, place, outcome);
         vw_json_set(&means, vw_outcome_name(outcome), vw_json_real(mean.mean));
@@ -155,17 +138,8 @@ static json_t *list_to_json(const struct vw_comparison *comparison, uint32_t pla
     }
     return json_pack("{s:s, s:b, s:I, s:I, s:o, s:o, s:o, s:o}", "name", list->name, "random", list->random,
                      "photo_count", (json_int_t)list->count, "epochs", (json_int_t)list->epochs, "photos",
-                     photos_to_json(comparison, place), "outcomes", made, "mean", means, "stderr", errors);
-}
-
-static json_t *pair_to_json(const struct vw_comparison *comparison, const struct vw_set_pair *pair,
-                            enum vw_outcome outcome) {
-    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, outcome);
-    return json_pack("{s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:b}", "list", comparison->sets.lists[pair->list].name,
-                     "against", comparison->sets.lists[pair->against].name, "measure", vw_outcome_name(outcome),
-                     "difference", vw_json_real(paired.difference), "stderr", vw_json_real(paired.standard_error),
-                     "ci_low", vw_json_real(paired.ci_low), "ci_high", vw_json_real(paired.ci_high), "beyond_noise",
-                     paired.beyond_noise);
+                     photos_to_json(comparison, place), "outcomes", vw_rows_to_json(&outcomes), "mean", means, "stderr",
+                     errors);
 }
 
 // Adds an entry for a photo that some list has and another lacks.
@@ -173,8 +147,7 @@ static void add_disagreement(const struct vw_comparison *comparison, uint32_t vi
     json_t *in = json_array(), *not_in = json_array();
     for (uint32_t l = 0; l < comparison->sets.count; l++) {
         const struct vw_photo_set *list = &comparison->sets.lists[l];
-        if (!vw_comparison_varies(comparison, l))
-            vw_json_append(vw_photo_set_has(list, view) ? &in : &not_in, json_string(list->name));
+        if (!list->random) vw_json_append(vw_photo_set_has(list, view) ? &in : &not_in, json_string(list->name));
     }
     json_t *disagreement =
         json_pack("{s:s, s:O, s:O}", "photo", comparison->session.scene->views[view].name, "in", in, "not_in", not_in);
@@ -198,22 +171,18 @@ static json_t *render_to_json(const struct vw_comparison *comparison, uint32_t p
 
 json_t *vw_comparison_to_json(const struct vw_comparison *comparison) {
     const struct vw_experiment_params *common = &comparison->params->common;
-    json_t *seeds = json_array(), *lists = json_array(), *pairs = json_array(), *disagreements = json_array(),
-           *renders = json_array();
-    for (uint32_t s = 0; s < comparison->training_count; s++)
+    json_t *seeds = json_array(), *lists = json_array(), *disagreements = json_array(), *renders = json_array();
+    const struct vw_rows pairs = VW_ROWS(pair_columns, comparison->pairs, comparison->pair_count);
+    for (uint32_t s = 0; s < common->seeds; s++)
         vw_json_append(&seeds, json_integer((json_int_t)(common->config->seed + s)));
     for (uint32_t l = 0; l < comparison->sets.count; l++) vw_json_append(&lists, list_to_json(comparison, l));
-    for (uint32_t p = 0; p < comparison->pair_count; p++)
-        for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
-            vw_json_append(&pairs, pair_to_json(comparison, &comparison->pairs[p], outcome));
     for (uint32_t i = 0; i < comparison->sets.train_count; i++)
         add_disagreement(comparison, comparison->sets.train_views[i], &disagreements);
     for (uint32_t i = 0; i < comparison->rendered_count; i++) vw_json_append(&renders, render_to_json(comparison, i));
-    json_t *valuations = comparison->params->valuation_seeds ? json_integer(comparison->params->valuation_seeds) : NULL;
-    return json_pack("{s:s, s:s, s:o, s:o*, s:I, s:I, s:s, s:b, s:o, s:o, s:o, s:o}", "scene", common->scene.path,
-                     "scene_hash", comparison->scene_hash, "seeds", seeds, "valuations", valuations, "downscale",
+    return json_pack("{s:s, s:s, s:o, s:I, s:I, s:s, s:b, s:o, s:o, s:o, s:o}", "scene", common->scene.path,
+                     "scene_hash", comparison->scene_hash, "seeds", seeds, "downscale",
                      (json_int_t)(common->scene.downscale ? common->scene.downscale : 1), "epochs",
                      (json_int_t)common->config->epochs, "equal", vw_equal_name(comparison->params->sets.equal),
-                     "half_views", comparison->half_views, "lists", lists, "pairs", pairs, "disagreements",
-                     disagreements, "renders", renders);
+                     "half_views", comparison->half_views, "lists", lists, "pairs", vw_rows_to_json(&pairs),
+                     "disagreements", disagreements, "renders", renders);
 }

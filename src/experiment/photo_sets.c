@@ -214,11 +214,10 @@ static enum vw_status take_chosen(const struct vw_photo_sets *sets, const bool *
 }
 
 // Plans as many photos as the list before it.
-static enum vw_status plan_random(const struct vw_photo_sets_params *params, const struct vw_photo_sets *sets,
-                                  struct vw_photo_set *list) {
+static enum vw_status plan_random(const struct vw_photo_sets *sets, struct vw_photo_set *list) {
     list->random = true;
     list->count = sets->lists[sets->count - 1].count;
-    if (list->count < sets->train_count || params->varies) return VW_OK;
+    if (list->count < sets->train_count) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "the list before it, %s, has all photos; put a shorter one before it",
                    sets->lists[sets->count - 1].name);
 }
@@ -241,14 +240,13 @@ static enum vw_status make_list(const struct vw_photo_sets_params *params, uint3
     if (!status) list->name = name_list(sets, &rule, word);
     list->views = vw_allocate(sets->train_count, sizeof *list->views);
     if (!status && (!chosen || !list->name || !list->views)) status = VW_ERROR_MEMORY;
-    if (!status && rule.form == FORM_RANDOM) status = plan_random(params, sets, list);
+    if (!status && rule.form == FORM_RANDOM) status = plan_random(sets, list);
     else if (!status) {
         status = choose(run, &rule, list, scene, chosen);
         if (!status) status = take_chosen(sets, chosen, list);
     }
     if (!status) list->epochs = epochs_of(config_epochs, params->equal, sets->train_count, list->count);
-    list->by_scores = rule.form == FORM_SELECTION;
-    sets->by_scores |= list->by_scores;
+    sets->by_scores |= rule.form == FORM_SELECTION;
     sets->count++; // also after a failure: vw_photo_sets_free() frees what was made
     free(chosen);
     free(rule.path);

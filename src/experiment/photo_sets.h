@@ -22,13 +22,11 @@ struct vw_photo_sets_params {
     const char *scores; // folder of the valued run that positive, significant, not-harmful, top and drop select by
     const char *method; // method of the scores; NULL: as vw_selection_params.method says
     enum vw_equal equal;
-    bool varies; // the lists by scores are made from several valuations: one of them may keep all photos
 };
 
 struct vw_photo_set {
-    char *name;  // owned: the word, or the file's name without folder and extension; unique
-    bool random; // drawn for each seed
-    bool by_scores;
+    char *name;      // owned: the word, or the file's name without folder and extension; unique
+    bool random;     // drawn for each seed
     uint32_t *views; // owned: scene indices, ascending; of a random list those drawn last
     uint32_t count;  // photos, at least 2
     uint32_t epochs; // that it trains

@@ -45,8 +45,7 @@ static const struct vw_program_command commands[] = {
      "should find.",
      VW_OPTIONS_OF_VALUE, vw_command_value},
     {CORRUPT, "compare", "SCENE", "Compare sets of photos as viewworth does, with corrupted photos",
-     "--corrupt spoils some train photos. --valuation-seeds values the scene several times, and selects lists by each "
-     "valuation in turn.",
+     "--corrupt spoils some train photos.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_compare},

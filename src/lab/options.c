@@ -63,11 +63,6 @@ const struct vw_option vw_lab_option_table[] = {
      .words = "all none gain"},
     {"corrupt", "N", "Number of train photos to corrupt, each by one of five defects, as ground truth for scores",
      VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(COUNT, common.scene.corrupt), VW_OPTION_RANGE(0, 1000000)},
-    {"valuation-seeds", "K",
-     "Value the scene K times, with other seeds and in OUT/seed_N, and select the lists by each in turn, in place of "
-     "--scores; every list then has --seeds trainings per valuation, and the intervals are over valuations and contain "
-     "the noise of selection",
-     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, common.valuation_seeds), VW_OPTION_RANGE(2, VW_VALUATIONS_MAX)},
     {"huber-length", "X", "Colour difference beyond which --loss huber is linear; colours reach from 0 to 1",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, common.config.huber_length)},
     {"beta-min", "X",

@@ -322,8 +322,7 @@ function fillComparisons() {
     byId('comparisons').append(
       element('p', {class: 'quiet'}, label + ': ' + nameOfScene(compare.scene) + ', seeds ' + (compare.seeds || []).join(', ') + ', ' +
         plural(compare.epochs, 'epoch') + (compare.downscale > 1 ? ', photos divided by ' + compare.downscale : '') +
-        '. Mean ± standard error over ' + (compare.valuations ? compare.valuations + ' valuations, each of which selects the lists' :
-          'seeds') + '; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
+        '. Mean ± standard error over seeds; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
       listsTable(compare, first ? [first] : []), element('div', {id}),
       ...parts(shown, () => pairsTable(compare, shown), 'Paired differences'),
       folded('Other measures', ...(others.length ? [listsTable(compare, others)] : []),

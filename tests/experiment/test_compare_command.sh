@@ -117,28 +117,6 @@ check "which is said" grep -q 'test photos, their right halves: appearance' stdo
 check "and in JSON" grep -q '"half_views": true' halves/compare.json
 check "of another seed nothing is warned" test "$(grep -c '^warning' stderr)" = 0
 
-# ---- Valuations of its own, in the laboratory ----
-
-in_lab() { program=$lab "$@"; }
-check "lists by two valuations" in_lab compare anew --valuation-seeds 2 --list all --list top:3 --list random
-check "which is said" grep -q '^lists by scores are selected anew by each of 2 valuations' stdout
-check "valuations have seeds after those of the trainings" test "$(echo anew/seed_*)" = "anew/seed_4 anew/seed_5"
-check "every list has two trainings of each" test "$(awk -F, '$1 == "top:3" { print $2, $3 }' anew/compare.csv | tr '\n' ' ')" \
-    = "0 3 1 3 2 3 3 3 "
-best_of() { # best_of SEED: image_ids of the three best photos of that valuation
-    sqlite3 "anew/seed_$1/ledger.db" "SELECT group_concat(image_id, ' ') FROM (SELECT image_id FROM (SELECT image_id FROM score
-        WHERE method = 'dv_psnr' ORDER BY value DESC, image_id LIMIT 3) ORDER BY image_id)"
-}
-trained_on() { # trained_on SEED IMAGE_IDS: how often
-    sqlite3 anew/retrainings.db "SELECT count(*) FROM retraining WHERE seed = $1 AND views = '$2'"
-}
-check "each trains on what its valuation selects" test "$(for seed in 0 1; do trained_on $seed "$(best_of 4)"; done
-    for seed in 2 3; do trained_on $seed "$(best_of 5)"; done)" = "$(printf '1\n1\n1\n1')"
-before=$(retrainings anew) && touch -r anew/seed_4/ledger.db stamp
-check "the same command" in_lab compare anew --valuation-seeds 2 --list all --list top:3 --list random
-check "values and trains nothing again" test "$(retrainings anew)" = "$before" -a ! anew/seed_4/ledger.db -nt stamp
-check "no list of changing photos disagrees" test "$(wc -l <anew/disagreements.csv)" = 1
-
 # ---- Scores of another state of things ----
 
 cp -r valued other
@@ -157,7 +135,6 @@ echo view_002 >one.txt
 printf 'view_002\nview_099\n' >unknown.txt
 printf 'name,score\nview_000,2\nview_001,5\nview_002,3.5\n' >nima.csv
 sed 's/"count": 6/"count": 7/' tiny.json >other.json
-check "--scores beside valuations" in_lab refuses 'leave out --scores' --list top:3 --scores valued --valuation-seeds 2
 check "no list" refuses '--list is missing'
 check "a list that there is not" refuses 'neither a file nor' --list all --list best
 check "an amount that is none, too" refuses 'neither a file nor' --scores valued --list top:+3

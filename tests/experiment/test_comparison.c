@@ -89,37 +89,3 @@ TEST(no_value_makes_no_difference) {
     assert_false(paired.beyond_noise);
     assert_true(isnan(vw_outcome_average(a, 2, VW_OUTCOME_TEST_PSNR).mean));
 }
-
-// Three valuations with two seeds each. Differences: 1 and 3, 4 and 4, 5 and 7; so means 2, 4, 6 of the valuations:
-// mean 4, standard error 2 / sqrt(3), and t(2).
-TEST(valuations_are_the_samples) {
-    enum { TRAININGS = 6 };
-    struct vw_retrain_result results[2 * TRAININGS] = {{0}};
-    static const double all[TRAININGS] = {10, 20, 15, 25, 30, 10}, top[TRAININGS] = {11, 23, 19, 29, 35, 17};
-    struct vw_comparison_params params = {.common = {.seeds = 2}, .valuation_seeds = 3};
-    struct vw_photo_sets others[2] = {{.count = 2}, {.count = 2}};
-    struct vw_comparison comparison = {
-        .params = &params, .training_count = TRAININGS, .results = results, .sets = {.count = 2}, .other_sets = others};
-    comparison.sets.lists[1].by_scores = true;
-    for (uint32_t t = 0; t < TRAININGS; t++) {
-        results[t].test_psnr = all[t];
-        results[TRAININGS + t].test_psnr = top[t];
-    }
-    const struct vw_set_pair pair = {1, 0};
-    struct vw_paired_difference paired = vw_comparison_difference(&comparison, &pair, VW_OUTCOME_TEST_PSNR);
-    assert_near(paired.difference, 4, ROUNDING);
-    assert_near(paired.standard_error, 2 / sqrt(3), ROUNDING);
-    assert_near(paired.ci_high, 4 + 4.302652729749 * 2 / sqrt(3), 1e-9);
-    struct vw_outcome_mean mean = vw_comparison_mean(&comparison, 0, VW_OUTCOME_TEST_PSNR); // mean of 15, 20, 20
-    assert_near(mean.mean, 55.0 / 3, ROUNDING);
-    assert_near(mean.standard_error, 5.0 / 3, ROUNDING);
-    assert_ptr_equal(vw_comparison_list(&comparison, 1, 1), &comparison.sets.lists[1]);
-    assert_ptr_equal(vw_comparison_list(&comparison, 1, 2), &others[0].lists[1]);
-    assert_ptr_equal(vw_comparison_list(&comparison, 0, 5), &others[1].lists[0]);
-    assert_true(vw_comparison_varies(&comparison, 1) && !vw_comparison_varies(&comparison, 0));
-    params = (struct vw_comparison_params){.common = {.seeds = 6}}; // the same trainings without valuations
-    paired = vw_comparison_difference(&comparison, &pair, VW_OUTCOME_TEST_PSNR);
-    assert_near(paired.difference, 4, ROUNDING);
-    assert_near(paired.standard_error, sqrt(20.0 / 5 / 6), ROUNDING);
-    assert_false(vw_comparison_varies(&comparison, 1));
-}

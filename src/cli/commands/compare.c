@@ -16,8 +16,7 @@ enum vw_status vw_command_compare(const struct vw_options *options) {
                                                    .list_count = options->lists.count,
                                                    .scores = options->scores,
                                                    .method = options->method,
-                                                   .equal = options->equal},
-                                          .valuation_seeds = options->valuation_seeds};
+                                                   .equal = options->equal}};
     struct vw_comparison comparison;
     if (status) return status;
     params.common.config = &config;

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 
@@ -23,8 +24,8 @@ static const struct {
 // Returns true if any training has a value: a split may be empty, and photos may be smaller than the window of SSIM.
 static bool is_known(const struct vw_comparison *comparison, enum vw_outcome outcome) {
     bool known = false;
-    for (uint32_t i = 0; i < comparison->sets.count * comparison->training_count; i++)
-        known |= isfinite(vw_outcome_of(&comparison->results[i], outcome));
+    for (uint32_t i = 0; i < comparison->sets.count * comparison->params->common.seeds; i++)
+        known |= isfinite(vw_outcome_of(&comparison->outcomes[i].result, outcome));
     return known;
 }
 
@@ -38,23 +39,9 @@ static enum vw_outcome last_known(const struct vw_comparison *comparison) {
 
 static void print_cell(const char *text, bool last) { vw_print("  %-*s", last ? 0 : CELL_WIDTH, text); }
 
-// Prints name, photos and epochs; with valuations also the least and the most photos by which they differ.
-static void print_sizes(const struct vw_comparison *comparison, uint32_t place) {
-    const struct vw_photo_set *first = &comparison->sets.lists[place];
-    uint32_t least = first->count, most = first->count;
-    char photos[32];
-    for (uint32_t s = 0; s < comparison->training_count; s++) {
-        uint32_t count = vw_comparison_list(comparison, place, s)->count;
-        if (count < least) least = count;
-        if (count > most) most = count;
-    }
-    if (least == most) snprintf(photos, sizeof photos, "%u", least);
-    else snprintf(photos, sizeof photos, "%u-%u", least, most);
-    vw_print("%-*s  %6s  %6u", NAME_WIDTH, first->name, photos, first->epochs);
-}
-
 static void print_list(const struct vw_comparison *comparison, uint32_t place, enum vw_outcome last) {
-    print_sizes(comparison, place);
+    const struct vw_photo_set *list = &comparison->sets.lists[place];
+    vw_print("%-*s  %6u  %6u", NAME_WIDTH, list->name, list->count, list->epochs);
     for (enum vw_outcome outcome = 0; outcome <= last; outcome++) {
         if (!is_known(comparison, outcome)) continue;
         struct vw_outcome_mean mean = vw_comparison_mean(comparison, place, outcome);
@@ -82,33 +69,24 @@ static const char *verdict_of(const struct vw_paired_difference *paired, enum vw
     return (paired->difference > 0) == vw_outcome_higher_is_better(outcome) ? "better" : "worse";
 }
 
-static void print_difference(const struct vw_comparison *comparison, const struct vw_set_pair *pair,
-                             enum vw_outcome outcome) {
-    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, outcome);
-    int digits = columns[outcome].digits;
-    vw_print("  %-9.*s  %+10.*f", (int)strcspn(columns[outcome].heading, ","), columns[outcome].heading, digits,
-             paired.difference);
-    if (!isnan(paired.ci_low)) vw_print(" [%+10.*f, %+10.*f]", digits, paired.ci_low, digits, paired.ci_high);
-    vw_print("%s  %s\n", columns[outcome].unit, verdict_of(&paired, outcome));
-}
-
-static void print_pair(const struct vw_comparison *comparison, const struct vw_set_pair *pair) {
-    vw_print("\n%s against %s\n", comparison->sets.lists[pair->list].name, comparison->sets.lists[pair->against].name);
-    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
-        if (is_known(comparison, outcome)) print_difference(comparison, pair, outcome);
+// Prints a line, below the names of the lists where these begin.
+static void print_pair(const struct vw_comparison *comparison, const struct vw_comparison_pair *pair) {
+    const struct vw_paired_difference *paired = &pair->paired;
+    int digits = columns[pair->outcome].digits;
+    const char *heading = columns[pair->outcome].heading;
+    if (pair->outcome == 0) vw_print("\n%s against %s\n", pair->list, pair->against);
+    if (!is_known(comparison, pair->outcome)) return;
+    vw_print("  %-9.*s  %+10.*f", (int)strcspn(heading, ","), heading, digits, paired->difference);
+    if (!isnan(paired->ci_low)) vw_print(" [%+10.*f, %+10.*f]", digits, paired->ci_low, digits, paired->ci_high);
+    vw_print("%s  %s\n", columns[pair->outcome].unit, verdict_of(paired, pair->outcome));
 }
 
 static void print_heading(const struct vw_comparison *comparison) {
     const struct vw_experiment_params *common = &comparison->params->common;
     const struct vw_scene *scene = comparison->session.scene;
-    if (comparison->params->valuation_seeds)
-        vw_print("lists by scores are selected anew by each of %u valuations, which have seeds of their own; means and "
-                 "intervals are over\nthe valuations, each with %u of the seeds\n",
-                 comparison->params->valuation_seeds, common->seeds);
     vw_print("%u lists of %s, %u seed%s from %" PRIu64 " on, equal %s; mean +- standard error\n"
              "PSNR, SSIM and L1: means over %u validation and %u test photos, %s\n",
-             comparison->sets.count, common->scene.path, comparison->training_count,
-             comparison->training_count > 1 ? "s" : "", common->config->seed,
+             comparison->sets.count, common->scene.path, common->seeds, vw_plural(common->seeds), common->config->seed,
              vw_equal_name(comparison->params->sets.equal), scene->split_count[VW_SPLIT_VAL],
              scene->split_count[VW_SPLIT_TEST],
              comparison->half_views ? "their right halves: appearance is taken from the left ones" : "whole");
