@@ -32,15 +32,16 @@ static struct vw_paired_difference compare_outcome(const struct vw_retrain_resul
 
 // 20, 22, 24: mean 22, variance 4, standard error sqrt(4 / 3).
 TEST(means_over_seeds) {
-    const struct vw_retrain_result outcomes[] = {{.test_psnr = 20}, {.test_psnr = 22}, {.test_psnr = 24}};
-    struct vw_outcome_mean mean = vw_outcome_average(outcomes, 3, VW_OUTCOME_TEST_PSNR);
+    const double psnr_db[] = {20, 22, 24}, unknown[] = {20, NAN};
+    struct vw_outcome_mean mean = vw_samples_average(psnr_db, 3);
     assert_near(mean.mean, 22, ROUNDING);
     assert_near(mean.standard_error, sqrt(4.0 / 3), ROUNDING);
-    mean = vw_outcome_average(outcomes, 1, VW_OUTCOME_TEST_PSNR);
+    mean = vw_samples_average(psnr_db, 1);
     assert_near(mean.mean, 20, ROUNDING);
     assert_true(isnan(mean.standard_error));
-    mean = vw_outcome_average(outcomes, 0, VW_OUTCOME_TEST_PSNR);
+    mean = vw_samples_average(psnr_db, 0);
     assert_true(isnan(mean.mean) && isnan(mean.standard_error));
+    assert_true(isnan(vw_samples_average(unknown, 2).mean));
 }
 
 // Seeds that differ by decibels, and lists by 1, 2 and 3: pairing leaves a mean of 2 with the standard error 1 /
@@ -87,5 +88,4 @@ TEST(no_value_makes_no_difference) {
     assert_true(isnan(paired.difference) && isnan(paired.standard_error) && isnan(paired.ci_low) &&
                 isnan(paired.ci_high));
     assert_false(paired.beyond_noise);
-    assert_true(isnan(vw_outcome_average(a, 2, VW_OUTCOME_TEST_PSNR).mean));
 }

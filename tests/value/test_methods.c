@@ -246,15 +246,3 @@ TEST(a_single_epoch_has_scores_without_errors) {
     assert_int_equal(count, 0); // no visit after burn-in
     free(scores);
 }
-
-TEST(intervals_contain_their_scores) {
-    AUTO_FREE struct test_game *game = test_play(noisy, EPOCHS, seed);
-    uint32_t count = 0;
-    AUTO_FREE struct vw_ledger_score *scores = score(game, 0, &count);
-    for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
-        const struct vw_ledger_score *sum = test_find_score(scores, count, "dv_psnr", test_train_views[photo]);
-        assert_true(sum->ci_low < sum->value && sum->value < sum->ci_high && sum->standard_error > 0);
-        assert_in_range(sum->rank_ci_low, 1, sum->rank_ci_high);
-        assert_in_range(sum->rank_ci_high, 1, TEST_TRAIN_COUNT);
-    }
-}

@@ -34,24 +34,6 @@ static struct vw_ledger_score *score(const struct test_recording *training, uint
 
 static const double ROUNDING = 1e-12;
 
-TEST(known_worths_come_back) {
-    AUTO_FREE struct test_recording *training = train(0, 6, 3);
-    uint32_t count = 0;
-    AUTO_FREE struct vw_ledger_score *scores = score(training, 1, &count);
-    assert_int_equal(count, 4 * TEST_TRAIN_COUNT); // and quality, train_fit
-    const char *methods[] = {"dv_psnr", "dv_loss"}, *units[] = {"dB", "mean absolute error"};
-    const double factors[] = {1, 0.01}; // positive = helps, also where the measure falls
-    for (uint32_t i = 0; i < 2 * TEST_TRAIN_COUNT; i++) {
-        uint32_t method = i / TEST_TRAIN_COUNT, image = i % TEST_TRAIN_COUNT;
-        assert_string_equal(scores[i].method, methods[method]);
-        assert_string_equal(scores[i].unit, units[method]);
-        assert_int_equal(scores[i].image_id, test_train_views[image]);
-        assert_int_equal(scores[i].visits, 5);
-        assert_near(scores[i].value, 5 * factors[method] * worth_db[image], ROUNDING);
-        assert_near(scores[i].standard_error, 0, ROUNDING);
-    }
-}
-
 TEST(burn_in_leaves_epochs_out) {
     AUTO_FREE struct test_recording *training = train(0, 4, 3);
     const double expected[] = {13, 3, 2, 1}; // visits' worth of photo 1: the first epoch counts tenfold

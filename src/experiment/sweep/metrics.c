@@ -7,7 +7,6 @@
 #include "experiment/experiment.h"
 #include "experiment/sweep/sweep.h"
 #include "run/scoring.h"
-#include "value/evaluation/agreement.h"
 #include "value/evaluation/score_tables.h"
 
 enum { SEEDS_MAX = 50 };
@@ -59,10 +58,18 @@ static enum vw_status read_tables(const struct vw_sweep *sweep, uint32_t configu
 static double mean_of(double sum, uint32_t pairs) { return pairs ? sum / pairs : NAN; }
 
 static enum vw_status add_pair(const double *a, const double *b, uint32_t photos, double *sum, uint32_t *pairs) {
-    struct vw_agreement pair = {.pearson = NAN};
-    enum vw_status status = vw_agreement_of_pair(a, b, NULL, photos, &pair);
-    if (!status && isfinite(pair.pearson)) *sum += pair.pearson, ++*pairs;
-    return status;
+    double *kept = vw_allocate(photos, 2 * sizeof *kept);
+    uint32_t count = 0;
+    if (!kept) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < photos; i++) {
+        if (!isfinite(a[i]) || !isfinite(b[i])) continue;
+        kept[count] = a[i];
+        kept[photos + count++] = b[i];
+    }
+    double pearson = vw_pearson(kept, kept + photos, count);
+    free(kept);
+    if (isfinite(pearson)) *sum += pearson, ++*pairs;
+    return VW_OK;
 }
 
 // Correlates the same method's scores with the same seed here and in the full resolution.

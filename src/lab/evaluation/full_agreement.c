@@ -14,6 +14,37 @@ const char *vw_agreement_name(enum vw_agreement_measure measure) {
     return names[measure];
 }
 
+// Two runs. A correlation of fewer than two photos or of equal scores is NaN.
+struct correlations {
+    double pearson, spearman;
+    uint32_t photos; // compared
+};
+
+// Keeps the scores of photos that both runs have a finite score for, and that are `only`, unless that is NULL. Returns
+// how many.
+static uint32_t keep_known(const double *a, const double *b, const bool *only, uint32_t count, double *kept_a,
+                           double *kept_b) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!isfinite(a[i]) || !isfinite(b[i]) || (only && !only[i])) continue;
+        kept_a[kept] = a[i];
+        kept_b[kept++] = b[i];
+    }
+    return kept;
+}
+
+static enum vw_status correlate(const double *a, const double *b, const bool *only, uint32_t count,
+                                struct correlations *correlations) {
+    double *kept = vw_allocate(count, 2 * sizeof *kept);
+    if (!kept) return VW_ERROR_MEMORY;
+    uint32_t photos = keep_known(a, b, only, count, kept, kept + count);
+    struct correlations made = {.pearson = vw_pearson(kept, kept + count, photos), .photos = photos};
+    enum vw_status status = vw_spearman(kept, kept + count, photos, &made.spearman);
+    free(kept);
+    if (!status) *correlations = made;
+    return status;
+}
+
 static double ratio(double part, double whole) { return whole > 0 ? part / whole : NAN; }
 
 // Compares counts, so that rounding does not decide what is chance.
@@ -68,19 +99,19 @@ enum vw_status vw_full_agreement_of_pair(const double *a, const double *b, const
                                          struct vw_full_agreement *agreement) {
     struct vw_full_agreement made = {.values[VW_AGREEMENT_CLEAN_PEARSON] = NAN,
                                      .values[VW_AGREEMENT_CLEAN_SPEARMAN] = NAN};
-    struct vw_agreement all, within;
+    struct correlations all, within;
     double *kept = vw_allocate(count, 2 * sizeof *kept);
     if (!kept) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_agreement_of_pair(a, b, NULL, count, &all);
+    enum vw_status status = correlate(a, b, NULL, count, &all);
     if (!status) {
-        made.photos = vw_agreement_keep(a, b, NULL, count, kept, kept + count);
+        made.photos = keep_known(a, b, NULL, count, kept, kept + count);
         made.values[VW_AGREEMENT_PEARSON] = all.pearson;
         made.values[VW_AGREEMENT_SPEARMAN] = all.spearman;
         compare_signs(kept, kept + count, made.photos, &made);
         status = trimmed_pearson(kept, kept + count, made.photos, &made.values[VW_AGREEMENT_TRIMMED_PEARSON]);
     }
     if (!status && clean) {
-        status = vw_agreement_of_pair(a, b, clean, count, &within);
+        status = correlate(a, b, clean, count, &within);
         if (!status) {
             made.clean = within.photos;
             made.values[VW_AGREEMENT_CLEAN_PEARSON] = within.pearson;

@@ -5,7 +5,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "value/evaluation/agreement.h"
 #include "value/evaluation/score_tables.h"
 
 // Clean: photos whose ground-truth label is "clean". Agreement on which photos are corrupted is easy and raises the

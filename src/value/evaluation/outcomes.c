@@ -42,13 +42,6 @@ struct vw_outcome_mean vw_samples_average(const double *samples, uint32_t count)
     return mean_of(&spread);
 }
 
-struct vw_outcome_mean vw_outcome_average(const struct vw_retrain_result *results, uint32_t count,
-                                          enum vw_outcome outcome) {
-    struct vw_spread spread = {0};
-    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_outcome_of(&results[i], outcome));
-    return mean_of(&spread);
-}
-
 struct vw_paired_difference vw_samples_compare(const double *samples, const double *against, uint32_t count) {
     struct vw_spread spread = {0};
     for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, samples[i] - against[i]);

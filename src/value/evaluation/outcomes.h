@@ -26,10 +26,6 @@ bool vw_outcome_higher_is_better(enum vw_outcome outcome); // not of L1
 struct vw_outcome_mean {
     double mean, standard_error; // NaN where a result lacks the value; the standard error also for fewer than two
 };
-struct vw_outcome_mean vw_outcome_average(const struct vw_retrain_result *results, uint32_t count,
-                                          enum vw_outcome outcome);
-
-// Averages numbers in the same way.
 struct vw_outcome_mean vw_samples_average(const double *samples, uint32_t count);
 
 // The mean of the differences samples[i] - against[i] of trainings with the same seed. A negative difference of L1 is
