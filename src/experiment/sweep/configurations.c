@@ -262,3 +262,7 @@ enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32
         if (is_wanted(parameters, VW_ARRAY_COUNT(sweeps) + i)) status = others[i].add(session, configurations);
     return status;
 }
+
+char *vw_sweep_folder(const char *out, const struct vw_sweep_configuration *configuration) {
+    return vw_format_text("%s/configurations/%s", out, configuration->name);
+}

@@ -35,5 +35,7 @@ enum vw_status vw_sweep_parameters_parse(const char *list, uint32_t *parameters)
 enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32_t downscale, uint32_t parameters,
                                             const struct vw_session *session,
                                             struct vw_sweep_configurations *configurations);
+// Returns the folder of a configuration's runs in OUT, owned by the caller; NULL when memory is short.
+char *vw_sweep_folder(const char *out, const struct vw_sweep_configuration *configuration);
 
 #endif

@@ -33,11 +33,12 @@ struct vw_rows vw_sweep_rows(const struct vw_sweep_metrics *metrics, uint32_t co
 // Reads the scores of a configuration's runs, method by method: values[seed * photo_count + photo].
 static enum vw_status read_tables(const struct vw_sweep *sweep, uint32_t configuration,
                                   struct vw_score_tables *tables) {
-    const struct vw_config *config = &sweep->configurations->configurations[configuration].config;
+    const struct vw_sweep_configuration *made = &sweep->configurations->configurations[configuration];
+    const struct vw_config *config = &made->config;
     struct vw_ledger *ledgers[SEEDS_MAX] = {0};
     struct vw_value_input runs[SEEDS_MAX] = {0};
     uint32_t count = sweep->params->common.seeds;
-    char *folder = vw_sweep_folder(sweep, configuration);
+    char *folder = vw_sweep_folder(sweep->params->common.out, made);
     enum vw_status status = folder ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count && !status; i++) {
         status = vw_seed_run_open(folder, config->seed + i, &ledgers[i]);
@@ -104,17 +105,16 @@ static enum vw_status compare_seeds(const struct vw_score_tables *tables, const 
 static struct vw_sweep_metrics begin_metric(const struct vw_sweep *sweep, uint32_t configuration) {
     const struct vw_sweep_configuration *of_configuration = &sweep->configurations->configurations[configuration];
     const struct vw_sweep_measures *measured = &sweep->measured[configuration];
-    uint64_t steps = vw_sweep_steps(sweep, configuration);
     return (struct vw_sweep_metrics){.configuration = of_configuration->name,
                                      .parameter = of_configuration->parameter,
                                      .value = of_configuration->value,
                                      .base = configuration == 0,
                                      .epochs = of_configuration->config.epochs,
-                                     .steps = (uint32_t)steps,
+                                     .steps = (uint32_t)measured->steps,
                                      .train_ms = 1e3 * measured->train_s,
                                      .value_ms = 1e3 * measured->value_s,
                                      .scoring_ratio = measured->value_s / measured->train_s,
-                                     .run_seconds = measured->value_s * (double)steps,
+                                     .run_seconds = measured->value_s * (double)measured->steps,
                                      .device_mib = measured->device_bytes / 0x1p20,
                                      .val_psnr = measured->val_psnr};
 }
@@ -123,7 +123,7 @@ static struct vw_sweep_metrics begin_metric(const struct vw_sweep *sweep, uint32
 static void find_front(const struct vw_sweep *sweep, bool on_front[VW_CONFIGURATIONS_MAX]) {
     double seconds[VW_CONFIGURATIONS_MAX] = {0}, psnr_db[VW_CONFIGURATIONS_MAX] = {0};
     for (uint32_t i = 0; i < sweep->configurations->count; i++) {
-        seconds[i] = sweep->measured[i].value_s * (double)vw_sweep_steps(sweep, i);
+        seconds[i] = sweep->measured[i].value_s * (double)sweep->measured[i].steps;
         psnr_db[i] = sweep->measured[i].val_psnr;
     }
     vw_pareto_front_mark(seconds, psnr_db, sweep->configurations->count, on_front);

@@ -51,7 +51,8 @@ static struct vw_trainer_params params_of(const struct vw_session *session, cons
 
 static enum vw_status time_configuration(struct vw_sweep *sweep, uint32_t configuration) {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX] = {0};
-    struct vw_config config = sweep->configurations->configurations[configuration].config;
+    const struct vw_config *configured = &sweep->configurations->configurations[configuration].config;
+    struct vw_config config = *configured;
     struct vw_estimate train = {0}, value = {0};
     config.epochs = TIMED_EPOCHS;
     struct vw_trainer_params params = params_of(&sweep->session, &config, effects);
@@ -59,15 +60,12 @@ static enum vw_status time_configuration(struct vw_sweep *sweep, uint32_t config
     if (!status) status = vw_estimate_take_steps(&params, &train);
     params.validate = true;
     if (!status) status = vw_estimate_take_steps(&params, &value);
-    sweep->measured[configuration] = (struct vw_sweep_measures){.train_s = train.seconds_per_step,
-                                                                .value_s = value.seconds_per_step,
-                                                                .device_bytes = (double)value.device_bytes};
+    sweep->measured[configuration] = (struct vw_sweep_measures){
+        .steps = (uint64_t)configured->epochs * sweep->session.scene->split_count[VW_SPLIT_TRAIN],
+        .train_s = train.seconds_per_step,
+        .value_s = value.seconds_per_step,
+        .device_bytes = (double)value.device_bytes};
     return status;
-}
-
-uint64_t vw_sweep_steps(const struct vw_sweep *sweep, uint32_t configuration) {
-    return (uint64_t)sweep->configurations->configurations[configuration].config.epochs *
-           sweep->session.scene->split_count[VW_SPLIT_TRAIN];
 }
 
 // Times the steps of all configurations, and logs what the runs take; setting up and measuring are left out.
@@ -81,7 +79,7 @@ static enum vw_status time_steps(struct vw_sweep *sweep) {
         if (!status && vw_interrupt_requested(&sweep->params->common.interrupt))
             status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted while timing steps; start again");
         if (status) return status;
-        seconds += sweep->measured[i].value_s * (double)vw_sweep_steps(sweep, i) * seeds;
+        seconds += sweep->measured[i].value_s * (double)sweep->measured[i].steps * seeds;
     }
     vw_text_duration(seconds, about);
     vw_log_info("tradeoff %u configurations with %u seeds each: about %s in all, less what is done already; Ctrl-C "
@@ -136,11 +134,6 @@ static enum vw_status measure_psnr(struct vw_sweep *sweep, uint32_t configuratio
 
 // ---- Runs ----
 
-char *vw_sweep_folder(const struct vw_sweep *sweep, uint32_t configuration) {
-    return vw_format_text("%s/configurations/%s", sweep->params->common.out,
-                          sweep->configurations->configurations[configuration].name);
-}
-
 static enum vw_status make_configuration(struct vw_sweep *sweep, uint32_t place, const char *folder) {
     const struct vw_sweep_configuration *configuration = &sweep->configurations->configurations[place];
     struct vw_experiment_params runs = sweep->params->common;
@@ -158,7 +151,7 @@ static enum vw_status make_configuration(struct vw_sweep *sweep, uint32_t place,
 static enum vw_status make_configurations(struct vw_sweep *sweep) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < sweep->configurations->count && !status; i++) {
-        char *folder = vw_sweep_folder(sweep, i);
+        char *folder = vw_sweep_folder(sweep->params->common.out, &sweep->configurations->configurations[i]);
         status = folder ? make_configuration(sweep, i, folder) : VW_ERROR_MEMORY;
         free(folder);
     }

@@ -38,7 +38,8 @@ struct vw_sweep_metrics {
 struct vw_rows vw_sweep_rows(const struct vw_sweep_metrics *metrics, uint32_t count);
 
 struct vw_sweep_measures {
-    double train_s, value_s; // of a step without and with scoring
+    uint64_t steps;          // steps of a run
+    double train_s, value_s; // time of a step without and with scoring
     double device_bytes;
     double val_psnr;
 };
@@ -72,11 +73,6 @@ struct vw_sweep_params {
 // result also after a failure.
 enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_sweep *sweep);
 void vw_sweep_free(struct vw_sweep *sweep);
-
-// Returns the folder of a configuration's runs, owned by the caller; NULL when memory is short.
-char *vw_sweep_folder(const struct vw_sweep *sweep, uint32_t configuration);
-// Returns the steps of a configuration's run.
-uint64_t vw_sweep_steps(const struct vw_sweep *sweep, uint32_t configuration);
 
 // Computes the metrics from the ledgers of all configurations' runs and the measures, and calls the follower
 // (metrics.c).
