@@ -79,8 +79,8 @@ static void choose_environment(char *chosen[8]) {
 }
 
 // Starts the server with no descriptor of ours but the socket, and no signal: it ends when the socket is closed.
-static int spawn(const char *path, int socket, bool without_seccomp, pid_t *process) {
-    char *const arguments[] = {PROGRAM_NAME, without_seccomp ? "--without-seccomp" : NULL, NULL};
+static int spawn(const char *path, int socket, pid_t *process) {
+    char *const arguments[] = {PROGRAM_NAME, NULL};
     char *environment[8];
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
@@ -134,7 +134,7 @@ static enum vw_status fail_start(const char *why) {
 
 // Starts the program at `path` (NULL: beside this code, or where it is installed) and waits until it has loaded its
 // libraries. VW_ERROR_IO if it is missing or of another version.
-static enum vw_status start_server(const char *given_path, bool without_seccomp, struct server *server) {
+static enum vw_status start_server(const char *given_path, struct server *server) {
     struct server started = {0};
     int sockets[2];
     if (vw_check_address_space(ADDRESS_SPACE_MIB, "the libraries that read photos")) return VW_ERROR_MEMORY;
@@ -145,7 +145,7 @@ static enum vw_status start_server(const char *given_path, bool without_seccomp,
         free(path);
         return fail_start(strerror(error));
     }
-    error = spawn(path, sockets[1], without_seccomp, &started.process);
+    error = spawn(path, sockets[1], &started.process);
     close(sockets[1]);
     free(path);
     if (error) {
@@ -260,8 +260,7 @@ static enum vw_status start_worker(enum vw_decoder_task task, uint64_t memory_by
     bool ordered = false;
     for (int attempt = 0; attempt < 2 && !ordered && !status; attempt++) { // somebody may have killed the server
         if (attempt) stop();
-        if (!decoder.running)
-            status = start_server(decoder.params.program, decoder.params.without_seccomp, &decoder.server);
+        if (!decoder.running) status = start_server(decoder.params.program, &decoder.server);
         decoder.running = !status;
         ordered = !status && send_with_descriptor(decoder.server.socket, &order, sizeof order, sockets[1]);
     }

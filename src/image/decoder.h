@@ -18,9 +18,8 @@ struct vw_decoder_job; // a task that a worker does
 
 // Settings for tests; zero: the default. They are set before the first task, or while no one uses the program.
 struct vw_decoder_params {
-    const char *program;  // borrowed; NULL: viewworth-decode beside the program, or where it is installed
-    uint32_t time_out_s;  // for an answer; 0: by the task's size
-    bool without_seccomp; // as on a kernel without it
+    const char *program; // borrowed; NULL: viewworth-decode beside the program, or where it is installed
+    uint32_t time_out_s; // for an answer; 0: by the task's size
 };
 void vw_decoder_configure(const struct vw_decoder_params *params);
 

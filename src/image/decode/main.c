@@ -2,7 +2,6 @@
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/prctl.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
@@ -23,7 +22,6 @@ static struct {
     struct worker workers[VW_DECODER_WORKERS_MAX];
     uint32_t count;
     int ended; // signalfd: a worker has ended
-    bool without_seccomp;
 } server;
 
 static void start(const struct vw_decoder_order *order, int socket) {
@@ -36,7 +34,7 @@ static void start(const struct vw_decoder_order *order, int socket) {
     if (prctl(PR_SET_PDEATHSIG, SIGKILL) || getppid() != server_process) _exit(1);
     if (dup2(socket, VW_DECODER_SOCKET) != VW_DECODER_SOCKET) _exit(1);
     closefrom(VW_DECODER_SOCKET + 1);
-    _exit(vw_worker_run(order, server.without_seccomp) ? 0 : 1);
+    _exit(vw_worker_run(order) ? 0 : 1);
 }
 
 static bool take_order(void) {
@@ -81,12 +79,11 @@ static void stop(void) {
 }
 
 // Unblocks the signals that the library has blocked: the process acts on those of the terminal itself.
-int main(int argument_count, char **arguments) {
+int main(void) {
     sigset_t child;
     if (!vw_streams_prepare()) return 1;
     sigemptyset(&child);
     sigaddset(&child, SIGCHLD);
-    server.without_seccomp = argument_count > 1 && !strcmp(arguments[1], "--without-seccomp");
     server.ended = signalfd(-1, &child, SFD_CLOEXEC | SFD_NONBLOCK);
     if (server.ended < 0 || sigprocmask(SIG_BLOCK, &child, NULL)) return 1;
     vw_oiio_prepare_server();

@@ -29,7 +29,7 @@ enum vw_status vw_image_downscale(struct vw_image *image, uint32_t factor);
 // ---- The worker that does them (worker.c) ----
 
 // Confines the process, then answers on VW_DECODER_SOCKET until that is closed. False: it could not go on.
-bool vw_worker_run(const struct vw_decoder_order *order, bool without_seccomp);
+bool vw_worker_run(const struct vw_decoder_order *order);
 // Receives bytes and at most one descriptor; `*descriptor` is unchanged when none came. What recvmsg() returns.
 ssize_t vw_worker_receive(int socket, void *data, size_t size_bytes, int *descriptor);
 

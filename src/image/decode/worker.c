@@ -178,11 +178,9 @@ static bool write_file(const struct vw_decoder_request *request) {
     return written;
 }
 
-bool vw_worker_run(const struct vw_decoder_order *order, bool without_seccomp) {
-    const struct vw_confinement confinement = {.memory_bytes = order->memory_bytes,
-                                               .cpu_s = order->cpu_s,
-                                               .descriptor_most = VW_DECODER_SOCKET + 1,
-                                               .without_seccomp = without_seccomp};
+bool vw_worker_run(const struct vw_decoder_order *order) {
+    const struct vw_confinement confinement = {
+        .memory_bytes = order->memory_bytes, .cpu_s = order->cpu_s, .descriptor_most = VW_DECODER_SOCKET + 1};
     if (!vw_oiio_prepare_worker() || !vw_confine(&confinement)) return false;
     for (;;) {
         struct vw_decoder_request request;
