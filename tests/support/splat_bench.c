@@ -7,6 +7,21 @@
 static void destroy_drawing(void *drawing) { vw_splat_drawing_destroy(drawing); }
 static void destroy_gradient(void *gradient) { vw_splat_gradient_destroy(gradient); }
 
+struct splat_pairs splat_bench_pairs(struct splat_bench *bench) {
+    const struct vw_splat_drawing *drawing = &bench->drawing;
+    return (struct splat_pairs){.shapes = splat_bench_read(bench, drawing->shapes),
+                                .seen = splat_bench_read(bench, drawing->seen),
+                                .ranks = splat_bench_read(bench, drawing->pair_splats),
+                                .sorted = splat_bench_read(bench, drawing->sorted[drawing->digits % 2]),
+                                .state = splat_bench_state(bench)};
+}
+
+void splat_bench_pixel(const struct splat_bench *bench, uint32_t ray, double *x, double *y) {
+    uint32_t side = bench->s.side, pixels = side * side, corner = bench->tiles[ray / pixels].corner;
+    *x = (corner & 0xffff) * side + ray % side + 0.5;
+    *y = (corner >> 16) * side + ray % pixels / side + 0.5;
+}
+
 float *splat_bench_number(const struct splat_bench *bench, uint32_t splat, uint32_t column, uint32_t lane) {
     return &bench->params[4 * ((size_t)column * bench->room.splats + splat) + lane];
 }

@@ -60,6 +60,16 @@ void splat_bench_run(struct splat_bench *bench, bool gradient, bool update);
 void *splat_bench_read(struct splat_bench *bench, struct vw_buffer *buffer);
 struct vw_splat_state splat_bench_state(struct splat_bench *bench);
 struct vw_push_splat_update splat_bench_update(const struct splat_bench *bench);
+// The pairs of a drawing, sorted: shapes by sighting; by rank what was seen; the rank of each pair; keys and pairs.
+struct splat_pairs {
+    const struct vw_splat_shape *shapes;
+    const struct vw_splat_seen *seen;
+    const uint32_t *ranks, (*sorted)[2];
+    struct vw_splat_state state;
+};
+struct splat_pairs splat_bench_pairs(struct splat_bench *bench);
+// Finds the middle of a ray's pixel in its photo.
+void splat_bench_pixel(const struct splat_bench *bench, uint32_t ray, double *x, double *y);
 // Returns number `lane` of a column of a splat.
 float *splat_bench_number(const struct splat_bench *bench, uint32_t splat, uint32_t column, uint32_t lane);
 // Copies a splat as the reference reads it.

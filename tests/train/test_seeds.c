@@ -48,61 +48,33 @@ static bool same_start(const struct drawn_step *a, const struct drawn_step *b) {
            test_same_bits(a->run->records[0].val_psnr, b->run->records[0].val_psnr);
 }
 
+// With other pixels of validation the training stays, or is that of the seed alone.
 TEST(a_seed_varies_what_it_is_told_to) {
     static const struct {
         enum vw_vary vary;
-        bool order, pixels, start; // which of them stay
+        bool order, pixels, start, params; // which of them stay
     } forms[] = {
-        {VW_VARY_ALL, false, false, false},
-        {VW_VARY_ORDER, false, true, true},
-        {VW_VARY_PIXELS, true, false, true},
-        {VW_VARY_INIT, true, true, false},
+        {VW_VARY_ALL, false, false, false, false},     {VW_VARY_ORDER, false, true, true, false},
+        {VW_VARY_PIXELS, true, false, true, false},    {VW_VARY_INIT, true, true, false, false},
+        {VW_VARY_VALIDATION, true, true, false, true}, {VW_VARY_ALL_VALIDATION, false, false, false, false},
     };
     struct vw_scene *scene = test_scene();
+    struct drawn_step base, other, all;
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
-        struct drawn_step base, other;
         struct vw_config config = varying(forms[i].vary, BASE_SEED);
         draw(scene, &config, &base);
         config.seed = OTHER_SEED;
         draw(scene, &config, &other);
         print_message("vary %s\n", vw_vary_name(forms[i].vary));
+        if (forms[i].vary == VW_VARY_ALL) all = other;
         assert_int_equal(!memcmp(base.order, other.order, sizeof base.order), forms[i].order);
         assert_int_equal(same_places(&base, &other), forms[i].pixels);
         assert_int_equal(base.jitter_seed == other.jitter_seed, forms[i].pixels);
         assert_int_equal(same_start(&base, &other), forms[i].start);
-        assert_memory_not_equal(base.run->params, other.run->params, 4 * base.run->param_words);
-        test_release(base.run);
-        test_release(other.run);
+        assert_int_equal(!memcmp(base.run->params, other.run->params, 4 * base.run->param_words), forms[i].params);
     }
-}
-
-// Pixels at which validation looks. Nothing of the training depends on them.
-TEST(validation_pixels_vary_when_named) {
-    static const struct {
-        enum vw_vary vary;
-        bool training, start; // which of them stay
-    } forms[] = {{VW_VARY_VALIDATION, true, false}, {VW_VARY_ALL_VALIDATION, false, false}};
-    struct vw_scene *scene = test_scene();
-    struct vw_config plain = varying(VW_VARY_ALL, OTHER_SEED);
-    struct drawn_step usual, base, other;
-    draw(scene, &plain, &usual);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
-        struct vw_config config = varying(forms[i].vary, BASE_SEED);
-        draw(scene, &config, &base);
-        config.seed = OTHER_SEED;
-        draw(scene, &config, &other);
-        print_message("vary %s\n", vw_vary_name(forms[i].vary));
-        bool same_params = !memcmp(base.run->params, other.run->params, 4 * base.run->param_words);
-        assert_int_equal(same_params, forms[i].training);
-        assert_int_equal(!memcmp(base.order, other.order, sizeof base.order), forms[i].training);
-        assert_int_equal(same_start(&base, &other), forms[i].start);
-        if (!forms[i].training) { // the training is that of the seed alone, seen on other pixels
-            assert_memory_equal(usual.run->params, other.run->params, 4 * other.run->param_words);
-            assert_false(same_start(&usual, &other));
-        }
-        test_release(base.run);
-        test_release(other.run);
-    }
+    assert_memory_equal(all.run->params, other.run->params, 4 * other.run->param_words); // seen on other pixels
+    assert_false(same_start(&all, &other));
 }
 
 // At the base seed all forms take the same run: that of the seed alone, as it was before there was a choice.

@@ -43,18 +43,11 @@ struct frozen {
     uint8_t **fates;           // per ray
 };
 
-static void ray_pixel(const struct splat_bench *bench, uint32_t ray, double *x, double *y) {
-    uint32_t pixels = bench->s.side * bench->s.side;
-    const struct vw_splat_tile *tile = &bench->tiles[ray / pixels];
-    *x = (tile->corner & 0xffff) * bench->s.side + ray % bench->s.side + 0.5;
-    *y = (tile->corner >> 16) * bench->s.side + ray % pixels / bench->s.side + 0.5;
-}
-
 static double ray_loss(const struct frozen *f, uint32_t ray, bool held) {
     const double backdrop[3] = {0.2, 0.7, 0.4};
     uint32_t tile = ray / (f->bench->s.side * f->bench->s.side);
     double x, y, colour[3], left, loss = 0.0;
-    ray_pixel(f->bench, ray, &x, &y);
+    splat_bench_pixel(f->bench, ray, &x, &y);
     reference_splat_pixel(f->shapes, f->order[tile], f->counts[tile], x, y, held, f->fates[ray], colour, &left);
     const vw_float4 t = f->bench->rays[ray].target_weight;
     const double target[3] = {t.x, t.y, t.z};
@@ -67,13 +60,11 @@ static double ray_loss(const struct frozen *f, uint32_t ray, bool held) {
 
 static struct frozen freeze(struct splat_bench *bench) {
     struct frozen f = {.bench = bench, .view = splat_bench_view(bench, 0)};
-    const struct vw_splat_state state = splat_bench_state(bench);
-    const uint32_t *ranks = splat_bench_read(bench, bench->drawing.pair_splats);
-    const uint32_t(*sorted)[2] = splat_bench_read(bench, bench->drawing.sorted[bench->drawing.digits % 2]);
+    const struct splat_pairs p = splat_bench_pairs(bench);
     double numbers[REFERENCE_SPLAT_NUMBERS];
-    f.seen = splat_bench_read(bench, bench->drawing.seen);
-    f.shapes = test_allocate(state.seen, sizeof *f.shapes);
-    for (uint32_t rank = 0; rank < state.seen; rank++) {
+    f.seen = p.seen;
+    f.shapes = test_allocate(p.state.seen, sizeof *f.shapes);
+    for (uint32_t rank = 0; rank < p.state.seen; rank++) {
         splat_bench_splat(bench, f.seen[rank].sighting, numbers);
         reference_splat_project(&f.view, numbers, -1.0, &f.shapes[rank]);
     }
@@ -81,10 +72,10 @@ static struct frozen freeze(struct splat_bench *bench) {
     f.counts = test_allocate(bench->tile_count, sizeof *f.counts);
     f.fates = test_allocate(bench->ray_count, sizeof *f.fates);
     for (uint32_t tile = 0; tile < bench->tile_count; tile++)
-        f.order[tile] = test_allocate(state.pairs, sizeof **f.order);
-    for (uint32_t i = 0; i < state.pairs; i++) {
-        uint32_t tile = sorted[i][0] >> VW_SPLAT_DEPTH_BITS;
-        f.order[tile][f.counts[tile]++] = ranks[sorted[i][1]];
+        f.order[tile] = test_allocate(p.state.pairs, sizeof **f.order);
+    for (uint32_t i = 0; i < p.state.pairs; i++) {
+        uint32_t tile = p.sorted[i][0] >> VW_SPLAT_DEPTH_BITS;
+        f.order[tile][f.counts[tile]++] = p.ranks[p.sorted[i][1]];
     }
     uint32_t pixels = bench->s.side * bench->s.side;
     for (uint32_t ray = 0; ray < bench->ray_count; ray++) {

@@ -133,13 +133,10 @@ TEST(splats_in_one_place_are_drawn_in_the_order_of_their_indices) {
         set(bench, i, SPLAT_SCALE, -2, -2, -2);
     }
     run_soundly(bench);
-    const struct vw_splat_seen *seen = splat_bench_read(bench, bench->drawing.seen);
-    const uint32_t *ranks = splat_bench_read(bench, bench->drawing.pair_splats);
-    const uint32_t(*sorted)[2] = splat_bench_read(bench, bench->drawing.sorted[bench->drawing.digits % 2]);
-    const struct vw_splat_state list = splat_bench_state(bench);
-    for (uint32_t i = 1; i < list.pairs; i++)
-        if (sorted[i][0] == sorted[i - 1][0])
-            assert_true(seen[ranks[sorted[i][1]]].sighting > seen[ranks[sorted[i - 1][1]]].sighting);
+    const struct splat_pairs p = splat_bench_pairs(bench);
+    for (uint32_t i = 1; i < p.state.pairs; i++)
+        if (p.sorted[i][0] == p.sorted[i - 1][0])
+            assert_true(p.seen[p.ranks[p.sorted[i][1]]].sighting > p.seen[p.ranks[p.sorted[i - 1][1]]].sighting);
 }
 
 TEST(no_splat_in_view_leaves_the_background) {

@@ -70,57 +70,50 @@ static bool colours_tile(const struct splat_bench *bench, const struct vw_splat_
 TEST_CASES(every_tile_that_a_splat_colours_has_their_pair, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, false, false);
-    const struct vw_splat_shape *shapes = splat_bench_read(bench, bench->drawing.shapes);
-    const struct vw_splat_seen *seen = splat_bench_read(bench, bench->drawing.seen);
-    const uint32_t *ranks = splat_bench_read(bench, bench->drawing.pair_splats);
-    const uint32_t(*sorted)[2] = splat_bench_read(bench, bench->drawing.sorted[bench->drawing.digits % 2]);
-    const struct vw_splat_state state = splat_bench_state(bench);
+    const struct splat_pairs p = splat_bench_pairs(bench);
     uint8_t *found = test_allocate((size_t)bench->count * bench->room.views * bench->tile_count, 1);
-    assert_int_equal(state.overflow, 0);
-    assert_true(state.pairs > 0 && state.seen > 0);
-    for (uint32_t i = 0; i < state.pairs; i++)
-        found[(size_t)seen[ranks[sorted[i][1]]].sighting * bench->tile_count + (sorted[i][0] >> VW_SPLAT_DEPTH_BITS)]++;
+    assert_int_equal(p.state.overflow, 0);
+    assert_true(p.state.pairs > 0 && p.state.seen > 0);
+    for (uint32_t i = 0; i < p.state.pairs; i++)
+        found[(size_t)p.seen[p.ranks[p.sorted[i][1]]].sighting * bench->tile_count +
+              (p.sorted[i][0] >> VW_SPLAT_DEPTH_BITS)]++;
     uint32_t extra = 0;
     for (uint32_t sighting = 0; sighting < bench->count * bench->room.views; sighting++)
         for (uint32_t tile = 0; tile < bench->tile_count; tile++) {
             uint8_t pairs = found[(size_t)sighting * bench->tile_count + tile];
             bool own =
-                bench->tiles[tile].view == sighting / bench->count && shapes[sighting].conic_depth.y >= 1.0f / 255.0f;
-            bool must = own && colours_tile(bench, &shapes[sighting], &bench->tiles[tile], 0.0);
+                bench->tiles[tile].view == sighting / bench->count && p.shapes[sighting].conic_depth.y >= 1.0f / 255.0f;
+            bool must = own && colours_tile(bench, &p.shapes[sighting], &bench->tiles[tile], 0.0);
             assert_true(pairs <= 1 && (own || !pairs));
             if (must && !pairs) fail_msg("%s: sighting %u lacks tile %u", cases[index].name, sighting, tile);
             extra += pairs && !must;
         }
     // The least exponent lies between pixels, so that some tiles are listed of which no pixel is coloured.
-    if (extra > state.pairs / 4) fail_msg("%u of %u pairs colour nothing", extra, state.pairs);
+    if (extra > p.state.pairs / 4) fail_msg("%u of %u pairs colour nothing", extra, p.state.pairs);
 }
 
 TEST_CASES(pairs_are_sorted_by_tile_and_depth_and_are_stable, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, false, false);
-    const struct vw_splat_shape *shapes = splat_bench_read(bench, bench->drawing.shapes);
-    const struct vw_splat_seen *seen = splat_bench_read(bench, bench->drawing.seen);
-    const uint32_t *ranks = splat_bench_read(bench, bench->drawing.pair_splats);
-    const uint32_t(*sorted)[2] = splat_bench_read(bench, bench->drawing.sorted[bench->drawing.digits % 2]);
-    const struct vw_splat_state state = splat_bench_state(bench);
-    uint8_t *met = test_allocate(state.pairs, 1);
-    for (uint32_t i = 0; i < state.pairs; i++) {
-        assert_true(sorted[i][1] < state.pairs && !met[sorted[i][1]]++);
+    const struct splat_pairs p = splat_bench_pairs(bench);
+    uint8_t *met = test_allocate(p.state.pairs, 1);
+    for (uint32_t i = 0; i < p.state.pairs; i++) {
+        assert_true(p.sorted[i][1] < p.state.pairs && !met[p.sorted[i][1]]++);
         if (!i) continue;
-        assert_true(sorted[i - 1][0] < sorted[i][0] ||
-                    (sorted[i - 1][0] == sorted[i][0] && sorted[i - 1][1] < sorted[i][1]));
-        if (sorted[i - 1][0] >> VW_SPLAT_DEPTH_BITS != sorted[i][0] >> VW_SPLAT_DEPTH_BITS) continue;
-        float near = shapes[seen[ranks[sorted[i - 1][1]]].sighting].conic_depth.z;
-        float far = shapes[seen[ranks[sorted[i][1]]].sighting].conic_depth.z;
+        assert_true(p.sorted[i - 1][0] < p.sorted[i][0] ||
+                    (p.sorted[i - 1][0] == p.sorted[i][0] && p.sorted[i - 1][1] < p.sorted[i][1]));
+        if (p.sorted[i - 1][0] >> VW_SPLAT_DEPTH_BITS != p.sorted[i][0] >> VW_SPLAT_DEPTH_BITS) continue;
+        float near = p.shapes[p.seen[p.ranks[p.sorted[i - 1][1]]].sighting].conic_depth.z;
+        float far = p.shapes[p.seen[p.ranks[p.sorted[i][1]]].sighting].conic_depth.z;
         assert_true(near <= far * 1.00002f);
     }
     uint32_t next = 0; // pairs of a splat stand together, in the order of splats
-    for (uint32_t rank = 0; rank < state.seen; rank++) {
-        assert_int_equal(seen[rank].first_pair, next);
-        assert_true(rank == 0 || seen[rank].sighting > seen[rank - 1].sighting);
-        for (uint32_t i = 0; i < seen[rank].pairs; i++) assert_int_equal(ranks[next++], rank);
+    for (uint32_t rank = 0; rank < p.state.seen; rank++) {
+        assert_int_equal(p.seen[rank].first_pair, next);
+        assert_true(rank == 0 || p.seen[rank].sighting > p.seen[rank - 1].sighting);
+        for (uint32_t i = 0; i < p.seen[rank].pairs; i++) assert_int_equal(p.ranks[next++], rank);
     }
-    assert_int_equal(next, state.pairs);
+    assert_int_equal(next, p.state.pairs);
 }
 
 // ---- blend_tiles, slope_pixels, blend_tiles_back -------------------------------------------------------------------
@@ -131,16 +124,14 @@ struct tile_list {
 };
 
 static void list_tile(struct splat_bench *bench, uint32_t tile, struct tile_list *list) {
-    const struct vw_splat_state state = splat_bench_state(bench);
-    const uint32_t *ranks = splat_bench_read(bench, bench->drawing.pair_splats);
-    const uint32_t(*sorted)[2] = splat_bench_read(bench, bench->drawing.sorted[bench->drawing.digits % 2]);
-    list->order = test_allocate(state.pairs + 1, sizeof *list->order);
-    list->pairs = test_allocate(state.pairs + 1, sizeof *list->pairs);
+    const struct splat_pairs p = splat_bench_pairs(bench);
+    list->order = test_allocate(p.state.pairs + 1, sizeof *list->order);
+    list->pairs = test_allocate(p.state.pairs + 1, sizeof *list->pairs);
     list->count = 0;
-    for (uint32_t i = 0; i < state.pairs; i++)
-        if (sorted[i][0] >> VW_SPLAT_DEPTH_BITS == tile) {
-            list->order[list->count] = ranks[sorted[i][1]];
-            list->pairs[list->count++] = sorted[i][1];
+    for (uint32_t i = 0; i < p.state.pairs; i++)
+        if (p.sorted[i][0] >> VW_SPLAT_DEPTH_BITS == tile) {
+            list->order[list->count] = p.ranks[p.sorted[i][1]];
+            list->pairs[list->count++] = p.sorted[i][1];
         }
 }
 
@@ -157,13 +148,6 @@ static struct reference_splat_shape *drawn_shapes(struct splat_bench *bench, uin
     return shapes;
 }
 
-static void pixel_of(const struct splat_bench *bench, uint32_t ray, double *x, double *y) {
-    uint32_t pixels = bench->s.side * bench->s.side;
-    const struct vw_splat_tile *tile = &bench->tiles[ray / pixels];
-    *x = (tile->corner & 0xffff) * bench->s.side + ray % bench->s.side + 0.5;
-    *y = (tile->corner >> 16) * bench->s.side + ray % pixels / bench->s.side + 0.5;
-}
-
 TEST_CASES(colours_are_those_of_the_reference, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, false, false);
@@ -178,7 +162,7 @@ TEST_CASES(colours_are_those_of_the_reference, index, CASES) {
         uint8_t *fates = test_allocate(list.count + 1, 1);
         for (uint32_t ray = tile * pixels; ray < (tile + 1) * pixels; ray++) {
             double x, y, rgb[3], left;
-            pixel_of(bench, ray, &x, &y);
+            splat_bench_pixel(bench, ray, &x, &y);
             reference_splat_pixel(shapes, list.order, list.count, x, y, false, fates, rgb, &left);
             // A splat that is next to 1/255 may be drawn here and not there: 0.004 of a colour up to 3.
             bool near = fabs(colours[ray][3] - left) <= 2e-5;
@@ -209,7 +193,7 @@ TEST_CASES(sums_of_pairs_are_those_of_the_reference, index, CASES) {
         for (uint32_t ray = tile * pixels; ray < (tile + 1) * pixels; ray++) {
             double x, y, rgb[3], left, slope[4];
             for (int c = 0; c < 4; c++) slope[c] = d_colours[ray][c];
-            pixel_of(bench, ray, &x, &y);
+            splat_bench_pixel(bench, ray, &x, &y);
             reference_splat_pixel(shapes, list.order, list.count, x, y, false, fates, rgb, &left);
             reference_splat_pixel_back(shapes, list.order, list.count, x, y, fates, slope, sums);
         }

@@ -27,12 +27,6 @@ struct square {
 
 static double seen_of(const float colour[4], int channel) { return colour[channel] + colour[3] * BACKDROP[channel]; }
 
-static void pixel_of(const struct splat_bench *bench, uint32_t ray, uint32_t *x, uint32_t *y) {
-    uint32_t side = bench->s.side, corner = bench->tiles[ray / (side * side)].corner;
-    *x = (corner & 0xffff) * side + ray % side;
-    *y = (corner >> 16) * side + ray % (side * side) / side;
-}
-
 static struct square *find_square(struct square *squares, uint32_t *count, uint32_t column, uint32_t row) {
     for (uint32_t i = 0; i < *count; i++)
         if (squares[i].column == column && squares[i].row == row) return &squares[i];
@@ -48,8 +42,9 @@ static struct square *collect(struct splat_bench *bench, uint32_t *count) {
     struct square *squares = test_allocate(bench->tile_count, sizeof *squares);
     *count = 0;
     for (uint32_t ray = 0; ray < bench->ray_count; ray++) {
-        uint32_t x, y;
-        pixel_of(bench, ray, &x, &y);
+        double x_px, y_px;
+        splat_bench_pixel(bench, ray, &x_px, &y_px);
+        uint32_t x = (uint32_t)x_px, y = (uint32_t)y_px;
         struct square *square = find_square(squares, count, x / SIDE, y / SIDE);
         uint32_t place = y % SIDE * SIDE + x % SIDE;
         const vw_float4 t = bench->rays[ray].target_weight;
