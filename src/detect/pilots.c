@@ -7,6 +7,7 @@
 #include "base/statistics.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
+#include "train/trainer_parts.h"
 #include "train/training_pool.h"
 #include "train/validation/measure_views.h"
 
@@ -122,7 +123,7 @@ static double share_of_state(double mse) { return isfinite(mse) ? vw_psnr_db(mse
 static enum vw_status score(const struct vw_pilots *pilots, const struct training *training) {
     struct vw_view_error errors[PILOT_HELD_OUT_MAX];
     double plain_mse[PILOT_HELD_OUT_MAX];
-    const struct vw_measured_field measured = {.field = vw_trainer_field(training->trainer),
+    const struct vw_measured_field measured = {.field = vw_trainer_get_parts(training->trainer)->field,
                                                .scene = pilots->scene,
                                                .masks = pilots->masks,
                                                .fits = pilots->fits,

@@ -67,9 +67,6 @@ uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step);
 const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
 // Returns the views validated on, in the order of vw_step_record.views: scene indices.
 const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
-// Returns the field, borrowed: for src/detect, which renders rays of its own (train/field.h). Call when nothing is in
-// flight.
-struct vw_radiance_field *vw_trainer_field(struct vw_trainer *trainer);
 
 struct vw_run_exposure; // identity.h
 // Lists the exposures that train photos of the scene are corrected by from the first step on; none without the effect

@@ -34,10 +34,6 @@ const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, ui
     return trainer->validation.views;
 }
 
-struct vw_radiance_field *vw_trainer_field(struct vw_trainer *trainer) {
-    return &trainer->field;
-}
-
 const struct vw_trainer_parts *vw_trainer_get_parts(struct vw_trainer *trainer) { return &trainer->parts; }
 
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {

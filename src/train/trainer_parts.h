@@ -1,6 +1,6 @@
-// The parts of a trainer, for code that works on its training between steps: the backward pass of lasting credit, and
-// measurements of the laboratory. Whoever changes the state restores it (train/files/training_files.h), so that the
-// run's own steps keep their bits.
+// The parts of a trainer, for code that works on its training between steps: pilots, the backward pass of lasting
+// credit, and measurements of the laboratory. Whoever changes the state restores it (train/files/training_files.h), so
+// that the run's own steps keep their bits.
 #ifndef VIEWWORTH_TRAIN_TRAINER_PARTS_H
 #define VIEWWORTH_TRAIN_TRAINER_PARTS_H
 

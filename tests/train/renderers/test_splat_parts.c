@@ -71,16 +71,16 @@ static struct drawn *draw(struct vw_radiance_field *field, uint32_t first, uint3
     struct drawn *drawn = test_allocate(1, sizeof *drawn);
     struct vw_pixel pixels[VIEWS * PIXELS] = {0};
     struct vw_evaluator evaluator = {0};
-    uint32_t views = 0;
     for (uint32_t i = 0; i < count * PIXELS; i++)
         pixels[i] = (struct vw_pixel){
             .x_px = i % PIXELS ? 20.5f : 12.5f, .y_px = 9.5f, .view = first + i / PIXELS, .weight = 1.0f};
     ASSERT_OK(vw_evaluator_create(field, count * PIXELS, false, &evaluator));
     ASSERT_OK(vw_evaluator_render(&evaluator, pixels, count * PIXELS, drawn->colours));
-    drawn->parts = vw_splats_count_parts(&evaluator, &views);
-    drawn->room = vw_splats_evaluation_drawing(&evaluator)->room;
+    const struct vw_splat_evaluation *splats = vw_splat_evaluation_of(&evaluator);
+    drawn->parts = splats->part_count;
+    drawn->room = splats->drawing.room;
+    assert_int_equal(splats->view_count, count);
     vw_evaluator_destroy(&evaluator);
-    assert_int_equal(views, count);
     return drawn;
 }
 
@@ -91,7 +91,7 @@ static struct vw_trainer *trainer_of_case(size_t i) {
     config.splats = cases[i].splats;
     strcpy(config.effects, "none");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
-    uint32_t side = vw_splats_step_drawing(&trainer->step)->specialization.side;
+    uint32_t side = vw_splat_step_of(&trainer->step)->drawing.specialization.side;
     for (uint32_t v = 0; v < VIEWS && cases[i].columns; v++) {
         scene->views[v].camera.width_px = cases[i].columns * side;
         scene->views[v].camera.height_px = cases[i].rows * side;

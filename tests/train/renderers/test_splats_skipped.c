@@ -32,7 +32,7 @@ static struct vw_config config_with_room(uint32_t pairs) {
 // Returns the pairs of the last step.
 static uint32_t pairs_of(const struct vw_trainer *trainer) {
     struct vw_splat_state state;
-    ASSERT_OK(vw_buffer_read(vw_splats_step_drawing(&trainer->step)->state, 0, &state, sizeof state));
+    ASSERT_OK(vw_buffer_read(vw_splat_step_of(&trainer->step)->drawing.state, 0, &state, sizeof state));
     return state.pairs;
 }
 

@@ -121,7 +121,7 @@ static struct masked_step take_masked_step(const char *effects, struct vw_config
     mask(scene, 128);
     struct masked_step step = {test_trainer_create(scene, config, false, 1), scene, NULL, NULL, NULL};
     struct test_run *run = test_run_of(step.trainer);
-    const struct vw_buffer *colours = vw_splats_step_drawing(&step.trainer->step)->colours;
+    const struct vw_buffer *colours = vw_splat_step_of(&step.trainer->step)->drawing.colours;
     step.drawn = read_rays((struct vw_buffer *)colours, config->rays);
     struct vw_buffer *buffer = step.trainer->step.pixels;
     struct vw_pixel *pixels = test_allocate(vw_buffer_size_bytes(buffer), 1);

@@ -121,11 +121,36 @@ uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, const struct
 struct vw_binding vw_splats_binding(const struct vw_radiance_field *field);
 struct vw_push_splats vw_splats_push(const struct vw_model *model);
 
-const struct vw_splat_drawing *vw_splats_step_drawing(const struct vw_step_passes *step);
+// The part of a step.
+struct vw_splat_step {
+    struct vw_buffer *views;       // vw_splat_view per view of the scene; the step's objects own it
+    struct vw_splat_view *listed;  // owned; the same on the host
+    uint32_t cells;                // tiles of the largest photo that is trained on
+    struct vw_drawn_photo *photos; // owned; by place in the step's pixels
+    struct vw_photo_tile *drawn;   // owned; room for the tiles of one step
+    struct vw_ray_passes of_rays;
+    struct vw_splat_drawing drawing;
+    struct vw_splat_gradient gradient;
+};
+static inline struct vw_splat_step *vw_splat_step_of(const struct vw_step_passes *step) { return step->of_renderer; }
 
-const struct vw_splat_drawing *vw_splats_evaluation_drawing(const struct vw_evaluator *evaluator);
-// Returns how many drawings the pixels are, and adds up their views.
-uint32_t vw_splats_count_parts(const struct vw_evaluator *evaluator, uint32_t *views);
+// All drawings of an evaluator, as the device has them and as the host lists them.
+struct vw_splat_evaluation {
+    struct vw_splat_drawing drawing;
+    struct vw_gpu_objects objects; // its pixels' number decides their sizes
+    struct vw_buffer *view_list, *shown;
+    struct vw_pass *show;
+    struct vw_drawn_part *parts; // owned, as all that follow
+    struct vw_splat_view *views;
+    struct vw_splat_tile *tiles;
+    struct vw_shown_pixel *pixels;
+    size_t part_capacity, view_capacity, tile_capacity;
+    uint32_t part_count, view_count, tile_count, pixel_count;
+    struct vw_splat_room needed; // by the largest part, and listed_tiles
+};
+static inline struct vw_splat_evaluation *vw_splat_evaluation_of(const struct vw_evaluator *evaluator) {
+    return evaluator->of_renderer;
+}
 
 extern const struct vw_renderer_step vw_splats_renderer_step;
 extern const struct vw_renderer_evaluation vw_splats_renderer_evaluation;

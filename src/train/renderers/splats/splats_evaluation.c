@@ -20,31 +20,14 @@ struct sorted_pixel {
     uint32_t view, row, column, pixel, ray; // ray: of the tile, then of the drawing
 };
 
-struct shown_pixel {
+struct vw_shown_pixel {
     uint32_t pixel, ray;
 };
 
-struct drawn_part {
+struct vw_drawn_part {
     struct vw_push_splats splats;
     struct vw_push_shown shown;
 };
-
-// All drawings of an evaluator, as the device has them and as the host lists them.
-struct vw_splat_evaluation {
-    struct vw_splat_drawing drawing;
-    struct vw_gpu_objects objects; // its pixels' number decides their sizes
-    struct vw_buffer *view_list, *shown;
-    struct vw_pass *show;
-    struct drawn_part *parts; // owned, as all that follow
-    struct vw_splat_view *views;
-    struct vw_splat_tile *tiles;
-    struct shown_pixel *pixels;
-    size_t part_capacity, view_capacity, tile_capacity;
-    uint32_t part_count, view_count, tile_count, pixel_count;
-    struct vw_splat_room needed; // by the largest part, and listed_tiles
-};
-
-static struct vw_splat_evaluation *own_of(const struct vw_evaluator *evaluator) { return evaluator->of_renderer; }
 
 static enum vw_status create_evaluation(struct vw_evaluator *evaluator) {
     const struct vw_radiance_field *field = evaluator->field;
@@ -75,7 +58,7 @@ static void destroy_sized(struct vw_splat_evaluation *splats) {
 }
 
 static void destroy_evaluation(struct vw_evaluator *evaluator) {
-    struct vw_splat_evaluation *splats = own_of(evaluator);
+    struct vw_splat_evaluation *splats = vw_splat_evaluation_of(evaluator);
     destroy_sized(splats);
     free(splats->parts);
     free(splats->views);
@@ -108,15 +91,15 @@ static enum vw_status begin_part(const struct vw_model *model, struct vw_splat_e
     enum vw_status status =
         vw_grow((void **)&splats->parts, &splats->part_capacity, splats->part_count + 1, sizeof *splats->parts);
     if (status) return status;
-    struct drawn_part *part = &splats->parts[splats->part_count++];
-    *part = (struct drawn_part){.splats = vw_splats_push(model), .shown.first = splats->pixel_count};
+    struct vw_drawn_part *part = &splats->parts[splats->part_count++];
+    *part = (struct vw_drawn_part){.splats = vw_splats_push(model), .shown.first = splats->pixel_count};
     part->splats.first_view = splats->view_count;
     part->splats.view_count = 0;
     part->splats.first_tile = splats->tile_count;
     return VW_OK;
 }
 
-static uint32_t cells_of_part(const struct vw_splat_evaluation *splats, const struct drawn_part *part) {
+static uint32_t cells_of_part(const struct vw_splat_evaluation *splats, const struct vw_drawn_part *part) {
     if (!part->splats.view_count) return 0;
     const struct vw_splat_view *last = &splats->views[splats->view_count - 1];
     return last->first_cell + last->columns * last->rows;
@@ -124,7 +107,7 @@ static uint32_t cells_of_part(const struct vw_splat_evaluation *splats, const st
 
 // Returns whether the last part has no room for a view of so many cells.
 static bool is_full_for(const struct vw_splat_evaluation *splats, uint32_t cells) {
-    const struct drawn_part *last = splats->part_count ? &splats->parts[splats->part_count - 1] : NULL;
+    const struct vw_drawn_part *last = splats->part_count ? &splats->parts[splats->part_count - 1] : NULL;
     if (!last || last->splats.tile_count == TILES_MOST) return true;
     uint64_t sightings = (uint64_t)last->splats.count * (last->splats.view_count + 1);
     return last->splats.view_count > 0 &&
@@ -141,7 +124,7 @@ static enum vw_status begin_view(const struct vw_radiance_field *field, uint32_t
         status =
             vw_grow((void **)&splats->views, &splats->view_capacity, splats->view_count + 1, sizeof *splats->views);
     if (status) return status;
-    struct drawn_part *part = &splats->parts[splats->part_count - 1];
+    struct vw_drawn_part *part = &splats->parts[splats->part_count - 1];
     own.first_cell = cells_of_part(splats, part);
     splats->views[splats->view_count++] = own;
     part->splats.view_count++;
@@ -164,7 +147,7 @@ static bool is_full(const struct vw_splat_evaluation *splats) {
 
 // Notes which tiles of its drawing are a view's, where they are few.
 static void end_view(struct vw_splat_evaluation *splats) {
-    const struct drawn_part *part = &splats->parts[splats->part_count - 1];
+    const struct vw_drawn_part *part = &splats->parts[splats->part_count - 1];
     struct vw_splat_view *view = &splats->views[splats->view_count - 1];
     uint32_t end = splats->tile_count, first = end;
     while (first > part->splats.first_tile && splats->tiles[first - 1].view == splats->view_count - 1) first--;
@@ -187,9 +170,9 @@ static enum vw_status list_parts(const struct vw_radiance_field *field, const st
         if (new_view) status = begin_view(field, own->view, side, splats);
         if (!status && other_tile) status = begin_tile(own, splats);
         if (status) return status;
-        struct drawn_part *part = &splats->parts[splats->part_count - 1];
+        struct vw_drawn_part *part = &splats->parts[splats->part_count - 1];
         uint32_t ray = (part->splats.tile_count - 1) * side * side + own->ray;
-        splats->pixels[splats->pixel_count++] = (struct shown_pixel){own->pixel, ray};
+        splats->pixels[splats->pixel_count++] = (struct vw_shown_pixel){own->pixel, ray};
         part->shown.count++;
         struct vw_splat_room *needed = &splats->needed;
         uint32_t cells = cells_of_part(splats, part);
@@ -210,7 +193,7 @@ static uint32_t power_of_two_from(uint32_t value) {
 }
 
 static enum vw_status create_show(const struct vw_evaluator *evaluator, const struct vw_specialization *run) {
-    struct vw_splat_evaluation *splats = own_of(evaluator);
+    struct vw_splat_evaluation *splats = vw_splat_evaluation_of(evaluator);
     const struct vw_radiance_field *field = evaluator->field;
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
@@ -228,7 +211,7 @@ static enum vw_status create_show(const struct vw_evaluator *evaluator, const st
 }
 
 static enum vw_status create_sized(const struct vw_evaluator *evaluator, const struct vw_splat_pass_params *sized) {
-    struct vw_splat_evaluation *splats = own_of(evaluator);
+    struct vw_splat_evaluation *splats = vw_splat_evaluation_of(evaluator);
     const struct vw_buffer_row lists[] = {
         {&splats->view_list, "splat_views", sizeof *splats->views * power_of_two_from(splats->view_count)},
         {&splats->shown, "shown_pixels", sizeof *splats->pixels * evaluator->ray_count},
@@ -258,7 +241,7 @@ static bool has_room(const struct vw_splat_evaluation *splats) {
 }
 
 static enum vw_status make_room(const struct vw_evaluator *evaluator, struct vw_splat_pass_params *params) {
-    struct vw_splat_evaluation *splats = own_of(evaluator);
+    struct vw_splat_evaluation *splats = vw_splat_evaluation_of(evaluator);
     if (has_room(splats)) return VW_OK;
     destroy_sized(splats);
     params->room.views = splats->needed.views;
@@ -270,7 +253,7 @@ static enum vw_status make_room(const struct vw_evaluator *evaluator, struct vw_
 }
 
 static enum vw_status take_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
-    struct vw_splat_evaluation *splats = own_of(evaluator);
+    struct vw_splat_evaluation *splats = vw_splat_evaluation_of(evaluator);
     const struct vw_specialization run = vw_effects_specialise_validation(evaluator->field->model);
     struct vw_splat_specialization s;
     struct vw_splat_pass_params params = vw_splats_pass_params(evaluator->field, &run, &s);
@@ -287,21 +270,12 @@ static enum vw_status take_pixels(struct vw_evaluator *evaluator, const struct v
 }
 
 static void record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
-    const struct vw_splat_evaluation *splats = own_of(evaluator);
+    const struct vw_splat_evaluation *splats = vw_splat_evaluation_of(evaluator);
     for (uint32_t i = 0; i < splats->part_count; i++) {
         const struct vw_push_shown *shown = &splats->parts[i].shown;
         vw_splat_drawing_record(&splats->drawing, submission, &splats->parts[i].splats);
         vw_submission_dispatch(submission, splats->show, shown, sizeof *shown, shown->count);
     }
-}
-
-const struct vw_splat_drawing *vw_splats_evaluation_drawing(const struct vw_evaluator *evaluator) {
-    return &own_of(evaluator)->drawing;
-}
-
-uint32_t vw_splats_count_parts(const struct vw_evaluator *evaluator, uint32_t *views) {
-    *views = own_of(evaluator)->view_count;
-    return own_of(evaluator)->part_count;
 }
 
 const struct vw_renderer_evaluation vw_splats_renderer_evaluation = {

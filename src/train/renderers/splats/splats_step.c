@@ -14,26 +14,9 @@
 static const double MEAN_RATE = 1.6e-4, SCALE_RATE = 5e-3, TURN_RATE = 1e-3, OPACITY_RATE = 2.5e-2,
                     COLOUR_RATE = 2.5e-3, HARMONICS_RATE = 1.25e-4;
 
-struct drawn_photo { // the view of a step, and how many tiles and squares of it were drawn
+struct vw_drawn_photo { // the view of a step, and how many tiles and squares of it were drawn
     uint32_t view, tiles, squares;
 };
-
-struct vw_splat_step {
-    struct vw_buffer *views;      // vw_splat_view per view of the scene; the step's objects own it
-    struct vw_splat_view *listed; // owned; the same on the host
-    uint32_t cells;               // tiles of the largest photo that is trained on
-    struct drawn_photo *photos;   // owned; by place in the step's pixels
-    struct vw_photo_tile *drawn;  // owned; room for the tiles of one step
-    struct vw_ray_passes of_rays;
-    struct vw_splat_drawing drawing;
-    struct vw_splat_gradient gradient;
-};
-
-static struct vw_splat_step *own_of(const struct vw_step_passes *step) { return step->of_renderer; }
-
-const struct vw_splat_drawing *vw_splats_step_drawing(const struct vw_step_passes *step) {
-    return &own_of(step)->drawing;
-}
 
 static uint32_t tile_pixels(const struct vw_splat_step *splats) {
     return splats->drawing.specialization.side * splats->drawing.specialization.side;
@@ -42,7 +25,7 @@ static uint32_t tile_pixels(const struct vw_splat_step *splats) {
 // Records the drawing of the pixels of the tiles that were listed.
 static void record_draw(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                         const struct vw_pixel_draw *draw, uint32_t first_pixel) {
-    const struct vw_splat_step *splats = own_of(step);
+    const struct vw_splat_step *splats = vw_splat_step_of(step);
     struct vw_push_draw push = vw_device_photos_push(step->photos, view, draw, first_pixel, step->rays);
     push.side = splats->drawing.specialization.side;
     push.first_tile = first_pixel / tile_pixels(splats);
@@ -52,12 +35,12 @@ static void record_draw(const struct vw_step_passes *step, struct vw_submission 
 
 static uint32_t draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                             const struct vw_pixel_draw *draw, uint32_t first_pixel) {
-    const struct vw_splat_step *splats = own_of(step);
+    const struct vw_splat_step *splats = vw_splat_step_of(step);
     const struct vw_scene *scene = step->field->scene;
     uint32_t side = splats->drawing.specialization.side, each = tile_pixels(splats);
     struct vw_splat_tile *tiles = (struct vw_splat_tile *)vw_buffer_map(splats->drawing.tiles) + first_pixel / each;
-    struct drawn_photo *photo = &splats->photos[first_pixel / step->rays];
-    *photo = (struct drawn_photo){.view = view};
+    struct vw_drawn_photo *photo = &splats->photos[first_pixel / step->rays];
+    *photo = (struct vw_drawn_photo){.view = view};
     photo->tiles = vw_pixels_draw_squares(scene, view, draw, VW_SPLAT_SQUARE, side, step->rays, splats->drawn);
     for (uint32_t i = 0; i < photo->tiles; i++) {
         struct vw_photo_tile drawn = splats->drawn[i];
@@ -72,7 +55,7 @@ static uint32_t draw_pixels(const struct vw_step_passes *step, struct vw_submiss
 }
 
 static enum vw_status list_views(struct vw_step_passes *step, uint32_t side) {
-    struct vw_splat_step *splats = own_of(step);
+    struct vw_splat_step *splats = vw_splat_step_of(step);
     const struct vw_scene *scene = step->field->scene;
     struct vw_splat_view *views = vw_allocate(scene->view_count, sizeof *views);
     splats->listed = views;
@@ -102,7 +85,7 @@ static enum vw_status create_step_buffers(struct vw_step_passes *step) {
 }
 
 static enum vw_status create_step_passes(struct vw_step_passes *step) {
-    struct vw_splat_step *splats = own_of(step);
+    struct vw_splat_step *splats = vw_splat_step_of(step);
     const struct vw_model *model = step->field->model;
     struct vw_splat_specialization s;
     struct vw_splat_pass_params params = vw_splats_pass_params(step->field, &model->specialization, &s);
@@ -129,7 +112,7 @@ static enum vw_status create_step_passes(struct vw_step_passes *step) {
 }
 
 static void destroy_step(struct vw_step_passes *step) {
-    struct vw_splat_step *splats = own_of(step);
+    struct vw_splat_step *splats = vw_splat_step_of(step);
     vw_splat_gradient_destroy(&splats->gradient);
     vw_splat_drawing_destroy(&splats->drawing);
     free(splats->listed);
@@ -138,7 +121,7 @@ static void destroy_step(struct vw_step_passes *step) {
 }
 
 static void training_state(const struct vw_step_passes *step, struct vw_buffer **buffers, uint32_t *count) {
-    const struct vw_splat_gradient *gradient = &own_of(step)->gradient;
+    const struct vw_splat_gradient *gradient = &vw_splat_step_of(step)->gradient;
     if (gradient->moment1) buffers[(*count)++] = gradient->moment1;
     buffers[(*count)++] = gradient->moment2;
 }
@@ -153,10 +136,10 @@ static uint32_t degree_at(const struct vw_step_passes *step, uint64_t number) {
 static void record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                              const struct vw_push_rays *rays) {
     const struct vw_model *model = step->field->model;
-    const struct vw_splat_step *splats = own_of(step);
+    const struct vw_splat_step *splats = vw_splat_step_of(step);
     struct vw_push_splats push = vw_splats_push(model);
     push.degree = degree_at(step, number);
-    struct drawn_photo photo = splats->photos[rays->first_pixel / step->rays];
+    struct vw_drawn_photo photo = splats->photos[rays->first_pixel / step->rays];
     push.first_view = photo.view;
     push.tile_count = photo.tiles;
     push.squares = photo.squares;
@@ -187,7 +170,7 @@ static void record_update(const struct vw_step_passes *step, struct vw_submissio
         .harmonics = (float)(HARMONICS_RATE / VW_SPLAT_RATE_UNIT),
         .extra = update.extra,
         .adam = update.adam};
-    vw_splat_update_record(&own_of(step)->gradient, submission, &push);
+    vw_splat_update_record(&vw_splat_step_of(step)->gradient, submission, &push);
 }
 
 const struct vw_renderer_step vw_splats_renderer_step = {
