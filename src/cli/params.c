@@ -11,7 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/parse_options.h"
 #include "run/plan/accuracy_levels.h"
-#include "run/plan/budget.h"
+#include "run/plan/plan.h"
 #include "viewworth/gpu.h"
 
 enum vw_status vw_params_set_memory(const struct vw_options *options) {

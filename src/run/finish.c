@@ -4,13 +4,51 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/file.h"
+#include "base/memory.h"
 #include "run/lasting/lasting.h"
 #include "run/out_folder.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/run_outputs.h"
 #include "run/run_private.h"
+#include "value/methods.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
+
+// ---- Scores and field ----------------------------------------------------------------------------------------------
+
+// Ranks the scores of each method, which are neighbours.
+static enum vw_status rank(struct vw_run *run) {
+    const struct vw_scoring *scoring = &run->results.scoring;
+    free(run->ranked);
+    run->ranked = vw_allocate(scoring->score_count, sizeof *run->ranked);
+    if (!run->ranked) return VW_ERROR_MEMORY;
+    if (scoring->score_count) memcpy(run->ranked, scoring->scores, scoring->score_count * sizeof *run->ranked);
+    for (uint32_t first = 0, last; first < scoring->score_count; first = last) {
+        for (last = first + 1; last < scoring->score_count;)
+            if (strcmp(run->ranked[last].method, run->ranked[first].method) != 0) break;
+            else last++;
+        qsort(&run->ranked[first], last - first, sizeof *run->ranked, vw_score_compare);
+    }
+    return VW_OK;
+}
+
+// Loads the field that the ledger names into the trainer; fails for any other file.
+static enum vw_status load_field(struct vw_run *run) {
+    struct vw_ledger_run row;
+    enum vw_status status = vw_ledger_get_run(run->ledger, &row);
+    if (!status) status = vw_checksums_check_field(run->out, row.field_sha256);
+    return status ? status : vw_trainer_load_field(run->trainer, run->results.field_path);
+}
+
+// Removes all derived files and writes scores.csv, unless the run is one of `train`.
+static enum vw_status write_scores(struct vw_run *run) {
+    bool pays = run->payout_cents > 0;
+    enum vw_status status = run->validate ? vw_run_scores_write(run->out, &run->results.scoring, pays)
+                                          : vw_run_remove_derived(run->out, pays);
+    run->written = !status;
+    return status;
+}
 
 // ---- Ending --------------------------------------------------------------------------------------------------------
 
@@ -59,13 +97,13 @@ static enum vw_status save_field(struct vw_run *run) {
 
 // Writes the outputs before the end of the ledger, so that a finished run has them, and none of an earlier end.
 static enum vw_status end(struct vw_run *run) {
-    if (run->complete) return vw_run_load_field(run); // the trainer is not at its last step
+    if (run->complete) return load_field(run); // the trainer is not at its last step
     if (run->ended) return VW_OK;
     const struct vw_scoring *scoring = &run->results.scoring;
     enum vw_status status = check_finite(run);
     if (!status) status = vw_run_remove_outdated(run->out, run->payout_cents > 0);
     if (!status) status = save_field(run);
-    if (!status) status = vw_run_write_scores(run);
+    if (!status) status = write_scores(run);
     char finished_utc[VW_UTC_BYTES];
     vw_utc_now(finished_utc);
     if (!status)
@@ -85,10 +123,76 @@ static enum vw_status score(struct vw_run *run) {
     enum vw_status status = vw_scoring_make(run->ledger, &run->config, &run->results.scoring);
     if (!status && run->complete) // the ledger stays as it is, and is listed again
         status = vw_scoring_compare(&run->results.scoring, run->ledger, run->results.ledger_path);
-    if (!status) status = vw_run_rank(run);
+    if (!status) status = rank(run);
     run->scored = !status;
     return status;
 }
+
+// ---- Lasting credit
+// -------------------------------------------------------------------------------------------------------
+
+static enum vw_status record(struct vw_run *run, struct vw_lasting_pass *pass) {
+    struct vw_scoring *scoring = &run->results.scoring;
+    vw_lasting_pass_free(&scoring->input.lasting);
+    scoring->input.lasting = *pass; // the scoring owns it now
+    *pass = (struct vw_lasting_pass){0};
+    enum vw_status status = vw_scoring_repeat(scoring);
+    if (!status) status = rank(run);
+    if (!status) status = write_scores(run);
+    if (!status)
+        status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
+    return status ? status : vw_file_remove(run->out, VW_LASTING_PASS_FILE);
+}
+
+// Sets the epochs that the run took: fewer than planned where it stopped early.
+static enum vw_status take_epochs(struct vw_run *run) {
+    uint64_t photos = vw_trainer_epoch_end(run->trainer, 1), steps = run->results.scoring.input.record_count - 1;
+    if (steps == 0 || steps % photos != 0)
+        return vw_fail(VW_ERROR_USAGE,
+                       "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
+                       "run viewworth lasting",
+                       run->results.ledger_path, steps);
+    run->config.epochs = (uint32_t)(steps / photos);
+    return VW_OK;
+}
+
+static enum vw_status make_of_run(struct vw_run *run, struct vw_lasting_pass *pass) {
+    const struct vw_value_input *input = &run->results.scoring.input;
+    const struct vw_trainer_params training = {.gpu = run->gpu,
+                                               .scene = run->scene,
+                                               .config = &run->config,
+                                               .effects = run->effects,
+                                               .effect_count = run->effect_count,
+                                               .validate = true};
+    const struct vw_backward_params params = {
+        .training = &training,
+        .recorded = {run->results.ledger_path, input->records, input->record_count},
+        .options = run->lasting,
+        .out = run->out,
+        .progress = run->progress,
+        .context = run->context};
+    return vw_backward_make(&params, pass);
+}
+
+// Makes the pass over a run that has ended and is scored, unless its ledger has the result; scores it again and writes
+// scores.csv. After an interruption the next pass continues from there.
+static enum vw_status follow_back(struct vw_run *run) {
+    struct vw_lasting_pass pass = {0};
+    if (vw_lasting_is_there(&run->lasting, &run->config, &run->results.scoring.input.lasting)) {
+        vw_log_info("lasting  %s has this result already", run->out);
+        return VW_OK;
+    }
+    enum vw_status status = vw_lasting_check_config(&run->config);
+    if (!status) status = take_epochs(run);
+    if (!status) status = make_of_run(run, &pass);
+    // The pictures of the report show the recorded field, in whatever state the pass left the trainer.
+    if (!status) status = load_field(run);
+    if (!status) status = record(run, &pass);
+    vw_lasting_pass_free(&pass);
+    return status;
+}
+
+// ---- Ending with scores --------------------------------------------------------------------------------------------
 
 static enum vw_status check_order(struct vw_run *run) {
     if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: the run has failed; close it and resume it");
@@ -110,7 +214,7 @@ static enum vw_status score_and_end(struct vw_run *run) {
     if (!status) status = vw_run_catch_up(run);
     if (!status) status = score(run);
     if (!status) status = end(run);
-    if (!status && run->lasting.wanted) status = vw_run_backward(run);
+    if (!status && run->lasting.wanted) status = follow_back(run);
     if (!status && run->validate) status = vw_lasting_summary_make(run->ledger, &run->results.lasting);
     if (!status) status = name_end(run);
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
@@ -144,7 +248,7 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: run is NULL; open one by vw_run_open");
     if (run->finished) return VW_OK;
     enum vw_status status = score_and_end(run);
-    if (!status && !run->written) status = vw_run_write_scores(run);
+    if (!status && !run->written) status = write_scores(run);
     if (!status && run->validate) status = make_outputs(run);
     if (!status && !run->validate) status = vw_run_splits_write(run->scene, run->out);
     if (!status && !run->validate)
@@ -154,4 +258,31 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     run->finished = !status;
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;
+}
+
+// ---- Results -------------------------------------------------------------------------------------------------------
+
+const struct vw_run_results *vw_run_get_results(const struct vw_run *run) { return &run->results; }
+
+static bool is_of_method(const struct vw_ledger_score *score, const char *method) {
+    return strcmp(score->method, method) == 0;
+}
+
+enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const struct vw_ledger_score **scores,
+                             uint32_t *count) {
+    if (!run || !run->finished)
+        return vw_fail(VW_ERROR_USAGE, "vw_run_scores: the run has no scores yet; call vw_run_finish first");
+    const char *wanted = method ? method : vw_value_main_method(run->ranked, run->results.scoring.score_count);
+    uint32_t first = 0, end;
+    while (first < run->results.scoring.score_count && !is_of_method(&run->ranked[first], wanted)) first++;
+    for (end = first; end < run->results.scoring.score_count && is_of_method(&run->ranked[end], wanted);) end++;
+    *scores = &run->ranked[first];
+    *count = end - first;
+    return VW_OK;
+}
+
+enum vw_status vw_run_images(const struct vw_run *run, const struct vw_ledger_image **images, uint32_t *count) {
+    if (!run || !run->ledger)
+        return vw_fail(VW_ERROR_USAGE, "vw_run_images: the run has no ledger yet; call vw_run_advance first");
+    return vw_ledger_get_images(run->ledger, images, count);
 }

@@ -14,7 +14,7 @@
 #include "run/devices.h"
 #include "run/out_folder.h"
 #include "run/plan/accuracy_levels.h"
-#include "run/plan/budget.h"
+#include "run/plan/plan.h"
 #include "run/run_private.h"
 #include "run/run_row.h"
 #include "run/scoring.h"

@@ -73,12 +73,6 @@ enum vw_status vw_run_create_trainer(struct vw_run *run);
 enum vw_status vw_run_catch_up(struct vw_run *run);
 // Saves the state of the trainer if it has moved since the last checkpoint; nothing may be in flight.
 void vw_run_save_checkpoint(struct vw_run *run);
-// Loads the field that the ledger names into the trainer; fails for any other file.
-enum vw_status vw_run_load_field(struct vw_run *run);
-// Removes all derived files and writes scores.csv, unless the run is one of `train`.
-enum vw_status vw_run_write_scores(struct vw_run *run);
-// Ranks run->scoring.
-enum vw_status vw_run_rank(struct vw_run *run);
 // Says what may help a run whose steps are not finite.
 const char *vw_run_remedy(const struct vw_run *run);
 // Counts a step that is in the ledger.

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
-#include "run/plan/budget.h"
+#include "run/plan/plan.h"
 
 static bool keeps_time(const struct vw_run *run) { return vw_plan_keeps_time(&run->results.plan); }
 static bool has_rule(const struct vw_run *run) { return keeps_time(run) || run->results.until_stable > 0; }

@@ -2,7 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "run/plan/budget.h"
+#include "run/plan/plan.h"
 
 TEST(times_are_read) {
     static const struct {

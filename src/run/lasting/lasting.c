@@ -9,14 +9,13 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "run/devices.h"
-#include "run/outputs/checksums.h"
+#include "run/lasting/lasting_summary.h"
+#include "run/out_files.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/estimate.h"
-#include "run/run_private.h"
 #include "train/adjoint/lasting.h"
+#include "train/trainer.h"
 #include "viewworth/log.h"
-#include "viewworth/value.h"
 
 enum { GATE_EPOCHS = 6, GATE_PHOTOS = 6 };
 static const double BACKWARD_PASS = 2.5; // times a run: 2.4 (courtyard) and 2.5 (fox), draft, lavapipe, 2026-11-27
@@ -284,66 +283,5 @@ enum vw_status vw_backward_make(const struct vw_backward_params *params, struct 
                                     .view_count = pass.view_count};
     if (status) vw_lasting_pass_free(&whole);
     else *made = whole;
-    return status;
-}
-
-// ---- Of a run -------------------------------------------------------------------------------------------------------
-
-static enum vw_status record(struct vw_run *run, struct vw_lasting_pass *pass) {
-    struct vw_scoring *scoring = &run->results.scoring;
-    vw_lasting_pass_free(&scoring->input.lasting);
-    scoring->input.lasting = *pass; // the scoring owns it now
-    *pass = (struct vw_lasting_pass){0};
-    enum vw_status status = vw_scoring_repeat(scoring);
-    if (!status) status = vw_run_rank(run);
-    if (!status) status = vw_run_write_scores(run);
-    if (!status)
-        status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
-    return status ? status : vw_file_remove(run->out, VW_LASTING_PASS_FILE);
-}
-
-// Sets the epochs that the run took: fewer than planned where it stopped early.
-static enum vw_status take_epochs(struct vw_run *run) {
-    uint64_t photos = vw_trainer_epoch_end(run->trainer, 1), steps = run->results.scoring.input.record_count - 1;
-    if (steps == 0 || steps % photos != 0)
-        return vw_fail(VW_ERROR_USAGE,
-                       "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
-                       "run viewworth lasting",
-                       run->results.ledger_path, steps);
-    run->config.epochs = (uint32_t)(steps / photos);
-    return VW_OK;
-}
-
-static enum vw_status make_of_run(struct vw_run *run, struct vw_lasting_pass *pass) {
-    const struct vw_value_input *input = &run->results.scoring.input;
-    const struct vw_trainer_params training = {.gpu = run->gpu,
-                                               .scene = run->scene,
-                                               .config = &run->config,
-                                               .effects = run->effects,
-                                               .effect_count = run->effect_count,
-                                               .validate = true};
-    const struct vw_backward_params params = {
-        .training = &training,
-        .recorded = {run->results.ledger_path, input->records, input->record_count},
-        .options = run->lasting,
-        .out = run->out,
-        .progress = run->progress,
-        .context = run->context};
-    return vw_backward_make(&params, pass);
-}
-
-enum vw_status vw_run_backward(struct vw_run *run) {
-    struct vw_lasting_pass pass = {0};
-    if (vw_lasting_is_there(&run->lasting, &run->config, &run->results.scoring.input.lasting)) {
-        vw_log_info("lasting  %s has this result already", run->out);
-        return VW_OK;
-    }
-    enum vw_status status = vw_lasting_check_config(&run->config);
-    if (!status) status = take_epochs(run);
-    if (!status) status = make_of_run(run, &pass);
-    // The pictures of the report show the recorded field, in whatever state the pass left the trainer.
-    if (!status) status = vw_run_load_field(run);
-    if (!status) status = record(run, &pass);
-    vw_lasting_pass_free(&pass);
     return status;
 }

@@ -22,10 +22,6 @@ struct vw_backward_params {
 // when a replayed step differs from the recorded one, VW_ERROR_INTERRUPTED when progress asks to stop.
 enum vw_status vw_backward_make(const struct vw_backward_params *params, struct vw_lasting_pass *made);
 
-// Makes the pass over a run that has ended and is scored, unless its ledger has the result; scores it again and writes
-// scores.csv. After an interruption the next pass continues from there.
-enum vw_status vw_run_backward(struct vw_run *run);
-
 // Estimates the seconds of a pass over a run that takes run_s, and of its gate, whose trainings have no scoring.
 double vw_lasting_seconds(const struct vw_config *config, bool gated, double run_s, double training_s);
 
