@@ -320,19 +320,6 @@ static void check_code_moves(struct step_bench *bench) {
 
 // ---- Into the field -------------------------------------------------------------------------------------------------
 
-static double slope_by_feature(struct transient_step *step, uint32_t sample, uint32_t index) {
-    const double distance = 1e-6;
-    double *features = step->features + sample * step->feature_count, losses[2], kept = features[index];
-    for (int ahead = 0; ahead < 2; ahead++) {
-        features[index] = kept + (ahead ? distance : -distance);
-        reference_head_forward(&step->head, step->params, features, step->code, step->outputs[sample]);
-        losses[ahead] = ray_loss(step, sample / step->bench->config.samples);
-    }
-    features[index] = kept;
-    reference_head_forward(&step->head, step->params, features, step->code, step->outputs[sample]);
-    return (losses[1] - losses[0]) / (2.0 * distance);
-}
-
 // Checks that the features of the field hash have the head's gradient beside that of the colour network.
 static void check_hash_features(struct transient_step *step, size_t c) {
     struct step_bench *bench = step->bench;
@@ -355,8 +342,8 @@ static void check_hash_features(struct transient_step *step, size_t c) {
             check_value(bench->where, "d_geo", 16 * i + k, step_bench_row(bench, rows, at.d_geo + k / 4, i)[k % 4],
                         by_colour + by_head, 4.0 * BFLOAT_ROUNDING * most_all);
             if ((i + k) % 61 == 0)
-                check_value(bench->where, "d_feature", 16 * i + k, by_head, slope_by_feature(step, i, k),
-                            0.01 * most + 1e-9);
+                check_value(bench->where, "d_feature", 16 * i + k, by_head,
+                            slope_by(step, ALL_RAYS, &step->features[i * step->feature_count + k]), 0.01 * most + 1e-9);
         }
     }
     if (cases[c].density == 0.0f) assert_true(most > 1e-3 * most_all);
