@@ -57,16 +57,10 @@ struct vw_comparison {
 enum vw_status vw_comparison_make(const struct vw_comparison_params *params, struct vw_comparison *comparison);
 void vw_comparison_free(struct vw_comparison *comparison);
 
-// ---- comparison_files.c ----
-
 // Returns the mean of a list in one outcome, and its error, over the seeds.
 struct vw_outcome_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
                                           enum vw_outcome outcome);
-// Lists the pairs, once there are the outcomes.
-enum vw_status vw_comparison_list_pairs(struct vw_comparison *comparison);
 // Makes the content of compare.json; NULL when memory is short.
 json_t *vw_comparison_to_json(const struct vw_comparison *comparison);
-// Writes compare.csv, pairs.csv and disagreements.csv.
-enum vw_status vw_comparison_write_csv(const struct vw_comparison *comparison);
 
 #endif

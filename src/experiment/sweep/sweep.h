@@ -74,8 +74,4 @@ struct vw_sweep_params {
 enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_sweep *sweep);
 void vw_sweep_free(struct vw_sweep *sweep);
 
-// Computes the metrics from the ledgers of all configurations' runs and the measures, and calls the follower
-// (metrics.c).
-enum vw_status vw_sweep_make_metrics(struct vw_sweep *sweep);
-
 #endif
