@@ -187,22 +187,10 @@ awk 'BEGIN {
     }
 }' >"$folder/steps.csv"
 "$program" import-steps "$folder/steps.csv" --out "$folder/steps" --quiet >"$folder/stdout"
-for rule in 'positive=value > 0' 'significant=ci_low > 0' 'not-harmful=ci_high >= 0' \
-    'top:25%=image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
-        ORDER BY value DESC LIMIT 3)' 'drop:25%=image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
-        LIMIT 9)'; do
-    rm -f "$folder/rule.txt"
-    "$program" select "$folder/steps" --rule "${rule%%=*}" --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
-    check "${rule%%=*} chooses as it says" test "$(cat "$folder/rule.txt")" = \
-        "$(query steps "SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_psnr' AND ${rule#*=} ORDER BY image_id")"
-    wc -l <"$folder/rule.txt" >>"$folder/rule_counts"
-done
-check "the rules differ" test "$(sort -u "$folder/rule_counts" | wc -l)" -ge 4
 run=$folder/single.run
 list=$folder/none.txt
 check "--rule positive is warned of" grep -q '^warning: --rule positive: ' <(
     "$program" select "$run" --rule positive --to "$folder/positive.txt" --quiet 2>&1 >/dev/null)
-rm -f "$folder/rule.txt"
 check "with --method outliers are left out, and named" prints "^left out view_00: dv_loss z = -" \
     "$program" select "$folder/steps" --method dv_loss --to "$folder/rule.txt"
 check "all others are kept" test "$(tr '\n' ' ' <"$folder/rule.txt")" = "$(printf 'view_%02d ' {1..11})"
@@ -219,8 +207,6 @@ check "--to is needed" refuses '--to is missing' select "$run" --rule positive
 check "an unknown method is refused with those there are" refuses 'method "nima" has no scores; use one of: dv_psnr, dv_loss' \
     select "$run" --rule positive --method nima --to "$list"
 check "--rule top:5x is refused" refuses '--rule takes one of without-outliers' select "$run" --rule top:5x --to "$list"
-check "as is --rule top:101%" refuses 'cannot select by' select "$run" --rule top:101% --to "$list"
-check "dropping all is refused" refuses 'all 12 photos' select "$run" --rule drop:100% --to "$list"
 check "a folder without a ledger is refused" refuses 'ledger\.db' select "$folder/elsewhere" --rule positive --to "$list"
 check "a run without scores is refused" refuses 'no scores; value the photos first' \
     select "$folder/single.again" --rule positive --to "$list"

@@ -137,7 +137,6 @@ printf 'name,score\nview_000,2\nview_001,5\nview_002,3.5\n' >nima.csv
 sed 's/"count": 6/"count": 7/' tiny.json >other.json
 check "no list" refuses '--list is missing'
 check "a list that there is not" refuses 'neither a file nor' --list all --list best
-check "an amount that is none, too" refuses 'neither a file nor' --scores valued --list top:+3
 check "an amount that is none" refuses 'neither a file nor' --scores valued --list top:few
 check "scores are needed" refuses '--scores' --list positive
 check "of a run that is there" refuses 'nowhere' --list positive --scores nowhere

@@ -106,11 +106,8 @@ check "without a training" test "$(retrainings one)" = 0
 
 # ---- Refusals ----
 
-check "a rule that drops all" refuses 'all 12 photos would be dropped' select valued --rule drop:100% --to r.txt
-check "a method without scores" refuses 'method "nima" has no scores' select valued --method nima --to r.txt
 check "--seeds without trainings" refuses '--seeds is of trainings' select valued --rule top:3 --seeds 3 --to r.txt
 check "a list that is there, before any training" refuses 'list.txt: exists' select two --to list.txt --seeds 9
-check "no scores" refuses 'no scores; value the photos first' select trained --to r.txt
 cp -r valued other
 sqlite3 other/ledger.db "UPDATE image SET name = 'view_112' WHERE name = 'view_012'"
 check "image rows that are not the scene's" eval '! "$program" select other --to r.txt --quiet 2>stderr &&
