@@ -313,24 +313,32 @@ function renderFigure(render, pictures) {
 
 const HALF_VIEWS = ' Appearance is taken from the left half of each photo: all figures are of the right halves.';
 
+function fillComparison({content: compare, pictures, thumbnails, label}, place) {
+  const [first, ...others] = measuresOf(compare), isFirst = pair => pair.measure === first;
+  const shown = compare.pairs.filter(isFirst), hidden = compare.pairs.filter(pair => !isFirst(pair));
+  const id = 'comparison-chart-' + place, parts = (list, make, title) => list && list.length ? [element('h3', {}, title), make()] : [];
+  byId('comparisons').append(
+    element('p', {class: 'quiet'}, label + ': ' + nameOfScene(compare.scene) + ', seeds ' + (compare.seeds || []).join(', ') + ', ' +
+      plural(compare.epochs, 'epoch') + (compare.downscale > 1 ? ', photos divided by ' + compare.downscale : '') +
+      '. Mean ± standard error over seeds; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
+    listsTable(compare, first ? [first] : []), element('div', {id}),
+    ...parts(shown, () => pairsTable(compare, shown), 'Paired differences'),
+    folded('Other measures', ...(others.length ? [listsTable(compare, others)] : []),
+      ...(hidden.length ? [pairsTable(compare, hidden)] : [])) || '',
+    ...parts(compare.disagreements, () => disagreementsTable(compare, thumbnails), 'Photos on which lists disagree'),
+    ...parts(compare.renders, () => element('div', {class: 'renders'}, ...compare.renders.map(render => renderFigure(render, pictures))),
+      'Renders side by side'));
+  drawLists(id, compare, first || 'val_psnr');
+}
+
 function fillComparisons() {
-  data.documents.filter(one => one.kind === 'compare').forEach(({content: compare, pictures, thumbnails, label}, place) => {
+  data.documents.filter(one => one.kind === 'compare').forEach((one, place) => {
     show('comparisons');
-    const [first, ...others] = measuresOf(compare), isFirst = pair => pair.measure === first;
-    const shown = compare.pairs.filter(isFirst), hidden = compare.pairs.filter(pair => !isFirst(pair));
-    const id = 'comparison-chart-' + place, parts = (list, make, title) => list && list.length ? [element('h3', {}, title), make()] : [];
-    byId('comparisons').append(
-      element('p', {class: 'quiet'}, label + ': ' + nameOfScene(compare.scene) + ', seeds ' + (compare.seeds || []).join(', ') + ', ' +
-        plural(compare.epochs, 'epoch') + (compare.downscale > 1 ? ', photos divided by ' + compare.downscale : '') +
-        '. Mean ± standard error over seeds; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
-      listsTable(compare, first ? [first] : []), element('div', {id}),
-      ...parts(shown, () => pairsTable(compare, shown), 'Paired differences'),
-      folded('Other measures', ...(others.length ? [listsTable(compare, others)] : []),
-        ...(hidden.length ? [pairsTable(compare, hidden)] : [])) || '',
-      ...parts(compare.disagreements, () => disagreementsTable(compare, thumbnails), 'Photos on which lists disagree'),
-      ...parts(compare.renders, () => element('div', {class: 'renders'}, ...compare.renders.map(render => renderFigure(render, pictures))),
-        'Renders side by side'));
-    drawLists(id, compare, first || 'val_psnr');
+    try {
+      fillComparison(one, place);
+    } catch (error) { // somebody edited the file
+      byId('comparisons').append(element('p', {}, one.label + '/compare.json cannot be shown (' + error.message + '): compare again.'));
+    }
   });
 }
 

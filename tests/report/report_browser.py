@@ -1,6 +1,6 @@
 """Looks at reports in a headless Chromium, for test_report.sh:
 
-    report_browser.py FOLDER    with FOLDER/run, other, planned, edited_plan, both.html, all.html, compared.html, hostile, large, trade*
+    report_browser.py FOLDER    with FOLDER/run, other, planned, edited_plan, both.html, all.html, compared.html, broken.html, hostile, large, trade*
                                 and traded.html, as that script makes them
 
 Prints a line per check: "ok WHAT" or "failed WHAT: why"; or "no browser WHY" where it cannot be started.
@@ -418,6 +418,12 @@ def differences_are_right(browser, folder):
     expect(folded == [False, True, True, True], folded) # test PSNR stands first and alone
     expect(rows == [['test PSNR, dB', 'better', 'dot'], ['test L1', 'better', 'dot'], ['validation L1', 'worse', 'square'],
                     ['validation PSNR, dB', 'within noise', 'dot']], rows)
+
+
+@check('a comparison that somebody edited is named, and nothing of it is shown')
+def broken_comparisons_are_told(browser, folder):
+    told = text_of(Page(browser, f'{folder}/broken.html'), 'comparisons')
+    expect('compare/compare.json cannot be shown' in told and 'compare again' in told, told)
 
 
 @check('a comparison alone has pictures of the photos on which lists disagree')

@@ -194,14 +194,11 @@ edited() {
     sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/draft.json') AS TEXT) AS j)" >"$folder/compare/compare.json" &&
         refuses "compare/compare.json: $1" "$folder/compare"
 }
-check "a comparison of nothing" edited 'the whole: .*scene' "'{}'"
-check "a comparison without lists" edited 'the whole: .*lists' "json_remove(j, '\$.lists')"
-check "a list without outcomes" edited 'lists: .*outcomes' "json_remove(j, '\$.lists[1].outcomes')"
-check "an outcome that is none" edited 'lists: ' "json_set(j, '\$.lists[0].outcomes[1]', NULL)"
-check "a measure that is no text" edited 'pairs: .*string' "json_set(j, '\$.pairs[0].measure', 3)"
-check "a disagreement that is none" edited 'disagreements: .*in' "json_remove(j, '\$.disagreements[0].in')"
-check "lists that have no name" edited 'disagreements: .*string' "json_set(j, '\$.disagreements[0].not_in[0]', json_object())"
-check "renders of no columns" edited 'renders: .*columns' "json_remove(j, '\$.renders[0].columns')"
+check "a comparison of nothing" edited '.*scene' "'{}'"
+check "a comparison without lists" edited '.*lists' "json_remove(j, '\$.lists')"
+compare_json 'renders/0.png' >"$folder/draft.json"
+sqlite3 :memory: "SELECT json_remove(CAST(readfile('$folder/draft.json') AS TEXT), '\$.lists[1].outcomes')" >"$folder/compare/compare.json"
+check "a list without outcomes is for the page to tell" report "$folder/compare" --to "$folder/broken.html"
 mkdir "$folder/edited"
 by=$lab
 for name in benchmark tradeoff providers payout duplicates summary; do

@@ -158,7 +158,7 @@ static bool is_shown(const struct vw_results *const *runs, size_t run_count, con
 }
 
 static void lend(const struct vw_thumbnails *thumbnails, const char *name, struct vw_report_document *document) {
-    for (uint32_t i = 0; i < thumbnails->count; i++) {
+    for (uint32_t i = 0; name && i < thumbnails->count; i++) {
         if (strcmp(thumbnails->names[i], name) != 0) continue;
         ((const char **)document->thumbnail_names)[document->thumbnail_count] = thumbnails->names[i];
         ((struct vw_report_picture *)document->thumbnails)[document->thumbnail_count++] = thumbnails->pictures[i];
