@@ -105,7 +105,7 @@ static enum vw_status read_amount(const struct table_sources *sources, uint64_t 
     return status;
 }
 
-static enum vw_status find_findings(const struct table_sources *sources, struct findings *findings) {
+static enum vw_status make_findings(const struct table_sources *sources, struct findings *findings) {
     const struct vw_scoring *scoring = sources->scoring;
     uint32_t count = scoring->input.image_count;
     uint64_t cents = 0;
@@ -190,7 +190,7 @@ static enum vw_status verify_table(const struct table_sources *sources, const st
 
 static enum vw_status compare_tables(const struct table_sources *sources) {
     struct findings findings = {0};
-    enum vw_status status = find_findings(sources, &findings);
+    enum vw_status status = make_findings(sources, &findings);
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables) && !status; i++)
         status = verify_table(sources, &findings, &tables[i]);
     free_findings(&findings, sources->scoring->input.image_count);
