@@ -136,13 +136,6 @@ bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
            (!view->image.unusable || !view->image.unusable[pixel]);
 }
 
-// ---- Masks, from their headers -------------------------------------------------------------------------------------
-
-struct repairs {
-    uint32_t clamped_views, bad_views;
-    uint64_t clamped_values, bad_pixels, unseen_pixels, value_count;
-};
-
 // ---- Masks, from their headers ----
 
 static enum vw_status find_masks(struct vw_scene_builder *builder) {
@@ -183,6 +176,11 @@ static void downscale_camera(struct vw_camera *camera, uint32_t factor) {
 }
 
 // ---- Pixels ----
+
+struct repairs {
+    uint32_t clamped_views, bad_views;
+    uint64_t clamped_values, bad_pixels, unseen_pixels, value_count;
+};
 
 static enum vw_status finish_mask(struct vw_photo_reading *reading, struct vw_scene *scene, uint32_t index) {
     const struct vw_scene_builder_photo *photo = &scene->source->photos[index];

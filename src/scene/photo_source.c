@@ -88,14 +88,12 @@ void vw_pixel_store_close(struct vw_pixel_store *store) {
     *store = (struct vw_pixel_store){0};
 }
 
-// ---- Life ----------------------------------------------------------------------------------------------------------
+// ---- Life -----------------------------------------------------------------------------------------------------------
 
 static const uint64_t TOTAL_LIMIT_BYTES = UINT64_C(1) << 40; // for all pixels of a scene
 static const uint64_t AHEAD_LIMIT_BYTES = UINT64_C(1) << 30; // for photos that are decoded before it is their turn
 static const uint64_t ALIGNMENT_BYTES = 64;
 static const double PROGRESS_S = 5;
-
-// ---- Life -----------------------------------------------------------------------------------------------------------
 
 // Places the pixels of all views, one after another.
 static enum vw_status place_pixels(const struct vw_scene *scene, const struct vw_photo_source *source,
@@ -137,16 +135,20 @@ enum vw_status vw_photo_source_create(struct vw_scene_builder *builder) {
     return status || builder->params->headers_only ? status : vw_pixel_store_open(total_bytes, &source->store);
 }
 
+void vw_builder_photos_free(struct vw_scene_builder_photo *photos, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        free(photos[i].image_path);
+        free(photos[i].mask_path);
+        free(photos[i].features_path);
+    }
+    free(photos);
+}
+
 void vw_photo_source_destroy(struct vw_photo_source **source) {
     struct vw_photo_source *dying = *source;
     if (!dying) return;
-    for (uint32_t v = 0; v < dying->view_count; v++) {
-        free(dying->photos[v].image_path);
-        free(dying->photos[v].mask_path);
-        free(dying->photos[v].features_path);
-    }
+    vw_builder_photos_free(dying->photos, dying->view_count);
     vw_pixel_store_close(&dying->store);
-    free(dying->photos);
     free(dying->folder);
     free(dying->places);
     free(dying->asked);

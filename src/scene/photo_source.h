@@ -40,6 +40,7 @@ struct vw_photo_source {
 // Takes the builder's photos and folder over into its scene, and makes room for their pixels.
 enum vw_status vw_photo_source_create(struct vw_scene_builder *builder);
 void vw_photo_source_destroy(struct vw_photo_source **source); // accepts NULL
+void vw_builder_photos_free(struct vw_scene_builder_photo *photos, size_t count);
 
 // Several files are decoded at once, by other processes; they are finished in their order, so that neither the scene
 // nor the first error depends on timing.

@@ -229,12 +229,7 @@ static enum vw_status load(struct vw_scene_builder *builder) {
 }
 
 static void close_builder(struct vw_scene_builder *builder) {
-    for (size_t i = 0; i < builder->photo_capacity; i++) {
-        free(builder->photos[i].image_path);
-        free(builder->photos[i].mask_path);
-        free(builder->photos[i].features_path);
-    }
-    free(builder->photos);
+    vw_builder_photos_free(builder->photos, builder->photo_capacity);
     free(builder->added);
     free(builder->folder);
     free(builder->missing_name);

@@ -316,8 +316,8 @@ TEST_WITHIN(runs_share_their_thumbnails, set_up, tear_down) {
 
 TEST_WITHIN(documents_carry_their_pictures, set_up, tear_down) {
     struct fixture *fixture = *state;
-    static const char *const files[] = {"renders/0.png"};
-    const struct vw_report_picture picture = {"png", 3};
+    static const char *const files[] = {"renders/0.png"}, *const names[] = {"a.png", "constructor"};
+    const struct vw_report_picture picture = {"png", 3}, thumbnails[] = {{"abc", 3}, {0}};
     json_t *content = json_pack("{s:[]}", "lists");
     const struct vw_report_document document = {.kind = "compare",
                                                 .label = "out",
@@ -325,7 +325,10 @@ TEST_WITHIN(documents_carry_their_pictures, set_up, tear_down) {
                                                 .content = content,
                                                 .picture_files = files,
                                                 .pictures = &picture,
-                                                .picture_count = 1};
+                                                .picture_count = 1,
+                                                .thumbnail_names = names,
+                                                .thumbnails = thumbnails,
+                                                .thumbnail_count = 2};
     fixture->page.documents = &document;
     fixture->page.document_count = 1;
     write_page(fixture);
@@ -333,26 +336,10 @@ TEST_WITHIN(documents_carry_their_pictures, set_up, tear_down) {
     assert_string_equal(json_string_value(json_object_get(json_object_get(written, "pictures"), "renders/0.png")),
                         "data:image/png;base64,cG5n");
     assert_int_equal(json_array_size(json_object_get(json_object_get(written, "content"), "lists")), 0);
-    json_decref(content);
-}
-
-TEST_WITHIN(documents_carry_thumbnails_by_name, set_up, tear_down) {
-    struct fixture *fixture = *state;
-    static const char *const names[] = {"a.png", "constructor"};
-    const struct vw_report_picture thumbnails[] = {{"abc", 3}, {0}};
-    const struct vw_report_document document = {.kind = "compare",
-                                                .label = "out",
-                                                .file = "compare.json",
-                                                .thumbnail_names = names,
-                                                .thumbnails = thumbnails,
-                                                .thumbnail_count = 2};
-    fixture->page.documents = &document;
-    fixture->page.document_count = 1;
-    write_page(fixture);
-    const json_t *written =
-        json_object_get(json_array_get(json_object_get(fixture->data, "documents"), 0), "thumbnails");
+    written = json_object_get(written, "thumbnails");
     assert_string_equal(json_string_value(json_object_get(written, "a.png")), "data:image/webp;base64,YWJj");
     assert_true(json_is_null(json_object_get(written, "constructor")));
+    json_decref(content);
 }
 
 // ---- Short memory ---------------------------------------------------------------------------------------------------

@@ -237,9 +237,6 @@ check "a ledger of more photos than the scene has is a warning" warns 'padded: i
 sqlite3 "$folder/padded/ledger.db" "DELETE FROM image WHERE image_id >= 1000; UPDATE image SET name = 'x' WHERE image_id = 3"
 check "so is one of others" warns 'padded: its ledger names other photos' report "$folder/padded"
 
-check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?https?:|url\(|@import|<link|<iframe" \
-    "$folder/run/report.html" "$folder/hostile/report.html"'
-
 # ---- What accuracy costs in time ----------------------------------------------------------------------------------------
 
 # tradeoff NAME [KIND]: a folder as tradeoff writes it. Its configurations are the base, one parameter after another, and

@@ -124,7 +124,7 @@ FOLDER_TEST(masks_lie_beside_images) {
         assert_null(scene->views[0].mask);
         check_mask(scene->views[1].mask, half);
         assert_int_equal(scene->note_count, 1);
-        assert_non_null(strstr(scene->notes[0], "1 of 4 photos have a mask"));
+        check_note(scene, "1 of 4 photos have a mask");
         assert_int_equal(unlink(temporary_path(*state, mask_names[i])), 0);
     }
 }

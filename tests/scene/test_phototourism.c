@@ -10,12 +10,6 @@
 static const char *const names[DENSE_PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",
                                                 "p4.png", "p5.png", "p6.png", "p7.png"};
 
-static bool has_note(const struct vw_scene *scene, const char *text) {
-    for (uint32_t i = 0; i < scene->note_count; i++)
-        if (strstr(scene->notes[i], text)) return true;
-    return false;
-}
-
 static const char rows[] =
     "id\tsplit\tfilename\n3.0\ttest\tp6.png\n\ttest\tp1.png\n9\ttest\tgone.png\n\ttrain\tp0.png\n4\ttest\tp4.png\n"
     "8\ttrain\tgone too.png\n1\ttrain\tp2.png\n";
@@ -26,10 +20,10 @@ FOLDER_TEST(splits_come_from_the_tsv) {
     assert_string_equal(scene->format, "phototourism");
     assert_string_equal(scene->views[1].name, "dense/images/p1.png");
     check_splits(scene, "tvttTtvt"); // test rows in file order: p6 and p1 validate, p4 tests
-    assert_true(has_note(scene, "2 of 7 TSV rows skipped (1 of them test)"));
-    assert_true(has_note(scene, "gone.png"));
-    assert_true(has_note(scene, "2 TSV rows have no id"));
-    assert_true(has_note(scene, "3 registered photos are not in the TSV and are train photos"));
+    check_note(scene, "2 of 7 TSV rows skipped (1 of them test)");
+    check_note(scene, "gone.png");
+    check_note(scene, "2 TSV rows have no id");
+    check_note(scene, "3 registered photos are not in the TSV and are train photos");
     assert_int_equal(scene->point_count, 2);
     assert_int_equal(scene->track_count, 5);
     assert_near(scene->views[3].camera_to_world[0][3], 3, 1e-12);
@@ -39,7 +33,7 @@ FOLDER_TEST(pool_list_excludes_unlisted_photos) {
     colmap_write_dense(*state, names, rows);
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list"));
     check_splits(scene, "tvtxTxvx");
-    assert_true(has_note(scene, "3 registered photos are not in the TSV and are excluded"));
+    check_note(scene, "3 registered photos are not in the TSV and are excluded");
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "all")), "tvttTtvt");
     const char *train = temporary_file(*state, "train.txt", "p3.png\np5.png\n"); // lists win, also over the pool
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list", .train_list = train)), "xvxtTtvx");
@@ -49,7 +43,7 @@ FOLDER_TEST(a_tsv_without_test_rows_is_split_by_index) {
     colmap_write_dense(*state, names, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     check_splits(scene, "vtttTttt");
-    assert_true(has_note(scene, "no test row"));
+    check_note(scene, "no test row");
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list")),
                  "vxtxxtxt"); // every eighth of those listed
 }
@@ -143,7 +137,7 @@ FOLDER_TEST(points_are_evidence) {
 FOLDER_TEST(points_of_other_cameras_are_no_evidence) {
     struct vw_scene *scene = open_with_points(*state, 7, 0.1, 0);
     assert_int_equal(scene->point_count, 0);
-    assert_true(has_note(scene, "its camera of images/p0 differs"));
+    check_note(scene, "its camera of images/p0 differs");
     assert_int_equal(open_with_points(*state, 7.1, 0, 0)->point_count, 0);
     assert_int_equal(open_with_points(*state, 7, 0, 0.01)->point_count, 0);
 }
@@ -164,7 +158,7 @@ FOLDER_TEST(points_of_other_photos_are_no_evidence) {
     colmap_write_text(*state, "sparse/0", &model);
     scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->point_count, 0);
-    assert_true(has_note(scene, "other photos"));
+    check_note(scene, "other photos");
 }
 
 // A broken model is refused also where only its points would be used.

@@ -182,7 +182,7 @@ FOLDER_TEST(a_clamped_share_is_noted) {
     }
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->note_count, 1);
-    assert_non_null(strstr(scene->notes[0], "1 photo: 0.35 %")); // 2 of 3 * 48 pixels * 4 channels
+    check_note(scene, "1 photo: 0.35 %"); // 2 of 3 * 48 pixels * 4 channels
 }
 
 // ---- Real scenes ----------------------------------------------------------------------------------------------------

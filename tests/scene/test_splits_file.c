@@ -21,13 +21,6 @@ static const char *keep_splits(const char *folder, const struct vw_scene *scene)
     return temporary_file(folder, "splits.json", text);
 }
 
-// Checks that the scene has a note that begins so.
-static void check_note(const struct vw_scene *scene, const char *beginning) {
-    bool found = false;
-    for (uint32_t i = 0; i < scene->note_count; i++) found |= !strncmp(scene->notes[i], beginning, strlen(beginning));
-    if (!found) fail_msg("no note begins with: %s", beginning);
-}
-
 static void check_same_hash(const struct vw_scene *a, const struct vw_scene *b) {
     assert_memory_equal(a->hash, b->hash, sizeof a->hash);
 }

@@ -87,6 +87,12 @@ void check_splits(const struct vw_scene *scene, const char *expected) {
     assert_memory_equal(count, scene->split_count, sizeof count);
 }
 
+void check_note(const struct vw_scene *scene, const char *text) {
+    bool found = false;
+    for (uint32_t i = 0; i < scene->note_count; i++) found |= strstr(scene->notes[i], text) != NULL;
+    if (!found) fail_msg("no note has: %s", text);
+}
+
 uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth) {
     uint32_t count = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) count += !strcmp(scene->views[v].ground_truth, ground_truth);

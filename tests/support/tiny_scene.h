@@ -29,6 +29,8 @@ void tiny_photo_write(const char *path, uint32_t index);
 struct vw_scene *test_own_scene(struct vw_scene *scene);
 // Checks the splits of the scene. `expected` has a letter per view: t(rain), v(al), T(est), x(excluded).
 void check_splits(const struct vw_scene *scene, const char *expected);
+// Fails the test unless a note of the scene has the text.
+void check_note(const struct vw_scene *scene, const char *text);
 // Returns how many views have that defect, or are "clean".
 uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth);
 // Checks that two views have the same place and lines of sight that differ by 8 degrees.
