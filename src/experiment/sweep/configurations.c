@@ -36,7 +36,7 @@ static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest f
 
 // ---- Configurations ----
 
-// Adds a configuration with that config and the downscale of the base.
+// Adds a configuration with that config.
 static enum vw_status add(struct vw_sweep_configurations *configurations, const char *parameter, const char *value,
                           const struct vw_config *config) {
     if (configurations->count == VW_CONFIGURATIONS_MAX)
