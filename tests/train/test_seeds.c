@@ -59,7 +59,7 @@ TEST(a_seed_varies_what_it_is_told_to) {
         {VW_VARY_VALIDATION, true, true, false, true}, {VW_VARY_ALL_VALIDATION, false, false, false, false},
     };
     struct vw_scene *scene = test_scene();
-    struct drawn_step base, other, all;
+    struct drawn_step base, other, all = {0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
         struct vw_config config = varying(forms[i].vary, BASE_SEED);
         draw(scene, &config, &base);
