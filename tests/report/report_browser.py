@@ -1,7 +1,7 @@
 """Looks at reports in a headless Chromium, for test_report.sh:
 
-    report_browser.py FOLDER    with FOLDER/run, other, planned, edited_plan, both.html, all.html, compared.html, broken.html, hostile, large,
-                                trade* and traded.html, as that script makes them
+    report_browser.py FOLDER    with FOLDER/run, other, planned, edited_plan, both.html, all.html, compared.html, broken.html, hostile,
+                                large, trade* and traded.html, as that script makes them
 
 Prints a line per check: "ok WHAT" or "failed WHAT: why"; or "no browser WHY" where it cannot be started.
 """
