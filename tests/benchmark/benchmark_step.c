@@ -22,6 +22,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "benchmark/step_setup.h"
 #include "do_nothing.h"
 #include "gpu/command_list.h"
@@ -41,16 +42,6 @@ struct timing {
     double host_ms;         // the part of cpu_ms in the thread that records and reads
     double host_bound_percent;
 };
-
-static int ascending(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *values, uint32_t count) {
-    qsort(values, count, sizeof *values, ascending);
-    return values[count / 2];
-}
 
 static double cpu_s(clockid_t clock) {
     struct timespec t;
@@ -140,7 +131,7 @@ static enum vw_status time_batches(const struct vw_gpu *gpu, const struct group 
         host_ms[i] = 1e3 * (cpu_s(CLOCK_THREAD_CPUTIME_ID) - host_s) / count;
     }
     if (status == VW_OK)
-        *timing = (struct timing){median(wall_ms, batches), median(cpu_ms, batches), median(host_ms, batches),
+        *timing = (struct timing){vw_median(wall_ms, batches), vw_median(cpu_ms, batches), vw_median(host_ms, batches),
                                   host_bound_percent(before, vw_gpu_submission_counts(gpu))};
     free(host_ms);
     free(wall_ms);
@@ -192,7 +183,7 @@ static void print_figures(const struct timing *with, const struct timing *withou
     static const char *const names[FIGURES] = {
         "train_ms",          "val_ms",  "train_cpu_ms",    "val_cpu_ms",         "scoring_ratio",
         "scoring_cpu_ratio", "host_ms", "scoring_host_ms", "host_bound_percent", "scoring_host_bound_percent"};
-    for (int f = 0; f < FIGURES; f++) printf("%s %.4f ", names[f], median(figures[f], rounds));
+    for (int f = 0; f < FIGURES; f++) printf("%s %.4f ", names[f], vw_median(figures[f], rounds));
     printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f pipelines %" PRIu32 " pipelines_ms %.1f device %s\n",
            stats->val_rays, (double)stats->device_bytes / 1048576.0, peak_resident_mib(), vw_gpu_pipeline_count(gpu),
            1e3 * vw_gpu_pipeline_s(gpu), vw_gpu_get_info(gpu)->name);
