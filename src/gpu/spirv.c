@@ -68,14 +68,12 @@ enum storage_class {
     CLASS_STORAGE_BUFFER = 12,
 };
 enum {
-    MAGIC = 0x07230203,
     HEADER_WORDS = 5,
     MODE_LOCAL_SIZE = 17,
     BUILT_IN_WORKGROUP_SIZE = 25,
     DIMENSION_BUFFER = 5,
     CAPABILITY_INT64 = 11,
     CAPABILITY_INT64_ATOMICS = 12,
-    ID_LIMIT = 1 << 22,
     VERSION_1_4 = 0x10400, // since this version no extension has to be named
     CAPABILITY_SIGNED_ZERO_INF_NAN_PRESERVE = 4466,
     MODE_SIGNED_ZERO_INF_NAN_PRESERVE = 4461,
@@ -85,8 +83,8 @@ enum {
     CONTROL_DONT_UNROLL = 2,
 };
 
+// A shader is our own build's doing: what it may not declare is asserted.
 struct module {
-    const char *name;
     const uint32_t *words;
     size_t count;
     const uint32_t **definition; // per id: the instruction that makes a type, constant or variable
@@ -106,10 +104,6 @@ static const uint32_t *next(const struct module *module, const uint32_t *instruc
 
 // ---- Opening --------------------------------------------------------------------------------------------------------
 
-static enum vw_status fail_broken(const struct module *module) {
-    return vw_fail(VW_ERROR_DEVICE, "shader %s: broken SPIR-V; build viewworth again", module->name);
-}
-
 // Returns which word of an instruction is the id it defines; 0 for one that we never look up.
 static uint32_t result_word(uint32_t operation) {
     if (operation >= OP_TYPE_VOID && operation < OP_TYPE_FORWARD_POINTER) return 1;
@@ -117,27 +111,17 @@ static uint32_t result_word(uint32_t operation) {
     return operation == OP_VARIABLE ? 2 : 0;
 }
 
-static enum vw_status index_definitions(struct module *module) {
-    for (size_t at = HEADER_WORDS; at < module->count; at += length_of(module->words + at)) {
-        const uint32_t *instruction = module->words + at;
-        uint32_t word = result_word(operation_of(instruction));
-        if (!length_of(instruction) || length_of(instruction) > module->count - at) return fail_broken(module);
-        if (!word) continue;
-        if (word >= length_of(instruction) || instruction[word] >= module->id_count) return fail_broken(module);
-        module->definition[instruction[word]] = instruction;
-    }
-    return VW_OK;
-}
-
 static enum vw_status open_module(const struct vw_shader *shader, struct module *module) {
-    module->name = shader->name;
     module->words = shader->code;
     module->count = shader->code_bytes / sizeof shader->code[0];
-    if (module->count < HEADER_WORDS || shader->code[0] != MAGIC || shader->code[3] > ID_LIMIT)
-        return fail_broken(module);
     module->id_count = shader->code[3];
     module->definition = vw_allocate(module->id_count, sizeof *module->definition);
-    return module->definition ? index_definitions(module) : VW_ERROR_MEMORY;
+    if (!module->definition) return VW_ERROR_MEMORY;
+    for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
+        uint32_t word = result_word(operation_of(at));
+        if (word) module->definition[at[word]] = at;
+    }
+    return VW_OK;
 }
 
 // ---- Decorations and constants --------------------------------------------------------------------------------------
@@ -210,10 +194,7 @@ struct layout {
     uint64_t scalar;    // bytes of the widest scalar in it, the alignment in C
 };
 
-// Rounds up to a multiple; a type without a size, as broken modules have, needs no rounding.
-static uint64_t round_up(uint64_t value, uint64_t multiple) {
-    return multiple ? (value + multiple - 1) / multiple * multiple : value;
-}
+static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
 
 static struct layout layout_of(const struct module *module, uint32_t type);
 
@@ -244,7 +225,6 @@ static struct layout layout_of(const struct module *module, uint32_t type) {
     const uint32_t *at = module->definition[type];
     struct layout layout = {0, 4, 4};
     uint32_t stride = 0;
-    if (!at) return layout;
     switch (operation_of(at)) {
     case OP_TYPE_BOOL: return (struct layout){4, 4, 4};
     case OP_TYPE_INT:
@@ -280,7 +260,7 @@ static void read_workgroup_size(const struct module *module, struct vw_spirv *sp
         if (operation_of(at) != OP_DECORATE || at[2] != DECORATION_BUILT_IN || at[3] != BUILT_IN_WORKGROUP_SIZE)
             continue;
         const uint32_t *size = module->definition[at[1]];
-        for (int axis = 0; size && axis < 3; axis++)
+        for (int axis = 0; axis < 3; axis++)
             spirv->workgroup_size[axis] = (uint32_t)constant_value(module, size[3 + axis]);
         return;
     }
@@ -294,18 +274,16 @@ static bool is_read_only(const struct module *module, uint32_t variable, const u
     return true;
 }
 
-static bool describe_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
+static void describe_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
                           struct vw_spirv_slot *slot) {
-    if (variable[3] == CLASS_STORAGE_BUFFER && operation_of(type) == OP_TYPE_STRUCT) {
+    if (variable[3] == CLASS_STORAGE_BUFFER) {
         slot->writes = !is_read_only(module, variable[2], type);
-        return true;
+        return;
     }
     const uint32_t *image = operation_of(type) == OP_TYPE_SAMPLED_IMAGE ? module->definition[type[2]] : type;
-    if (operation_of(image) != OP_TYPE_IMAGE || image[3] != DIMENSION_BUFFER || image[7] != 1)
-        return false; // 1: read with a sampler
+    assert(operation_of(image) == OP_TYPE_IMAGE && image[3] == DIMENSION_BUFFER && image[7] == 1); // 1: with a sampler
     slot->texel = true;
     slot->texel_float = operation_of(module->definition[image[2]]) == OP_TYPE_FLOAT;
-    return true;
 }
 
 // Returns a decoration of a variable, 0 without it.
@@ -315,50 +293,38 @@ static uint32_t decoration_of(const struct module *module, const uint32_t *varia
     return value;
 }
 
-static enum vw_status add_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
-                               struct vw_spirv *spirv) {
+static void add_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
+                     struct vw_spirv *spirv) {
     struct vw_spirv_slot slot = {.slot = decoration_of(module, variable, DECORATION_BINDING)};
-    if (decoration_of(module, variable, DECORATION_SET) || !describe_slot(module, variable, type, &slot))
-        return vw_fail(VW_ERROR_DEVICE,
-                       "shader %s, slot %u: neither a storage nor a texel buffer of set 0, nor PUSH; declare it as one",
-                       module->name, slot.slot);
+    assert(!decoration_of(module, variable, DECORATION_SET));
+    describe_slot(module, variable, type, &slot);
     for (uint32_t i = 0; i < spirv->slot_count; i++) {
         struct vw_spirv_slot *same = &spirv->slots[i];
         if (same->slot != slot.slot) continue;
-        if (same->texel != slot.texel)
-            return vw_fail(VW_ERROR_DEVICE,
-                           "shader %s, slot %u: declared as storage and as texel buffer; use two slots", module->name,
-                           slot.slot);
+        assert(same->texel == slot.texel);
         same->writes |= slot.writes;
-        return VW_OK;
+        return;
     }
-    if (spirv->slot_count == VW_SPIRV_MAX_SLOTS)
-        return vw_fail(VW_ERROR_DEVICE, "shader %s: more than %d slots", module->name, VW_SPIRV_MAX_SLOTS);
+    assert(spirv->slot_count < VW_SPIRV_MAX_SLOTS);
     spirv->slots[spirv->slot_count++] = slot;
-    return VW_OK;
 }
 
-static enum vw_status read_variable(const struct module *module, const uint32_t *variable, struct vw_spirv *spirv) {
-    const uint32_t *pointer = module->definition[variable[1]];
-    const uint32_t *type = pointer && operation_of(pointer) == OP_TYPE_POINTER ? module->definition[pointer[3]] : NULL;
-    if (!type) return fail_broken(module);
+static void read_variable(const struct module *module, const uint32_t *variable, struct vw_spirv *spirv) {
+    const uint32_t *type = module->definition[module->definition[variable[1]][3]];
     struct layout layout;
     switch (variable[3]) {
     case CLASS_UNIFORM_CONSTANT:
-    case CLASS_PUSH_CONSTANT:
-    case CLASS_STORAGE_BUFFER: return add_slot(module, variable, type, spirv);
+    case CLASS_STORAGE_BUFFER: add_slot(module, variable, type, spirv); return;
     case CLASS_UNIFORM:
-        if (decoration_of(module, variable, DECORATION_SET) != VW_PUSH_SET ||
-            decoration_of(module, variable, DECORATION_BINDING))
-            return add_slot(module, variable, type, spirv);
+        assert(decoration_of(module, variable, DECORATION_SET) == VW_PUSH_SET);
         layout = layout_of(module, type[1]);
         spirv->push_bytes = (uint32_t)round_up(layout.bytes, layout.scalar);
-        return VW_OK;
+        return;
     case CLASS_WORKGROUP:
         layout = layout_of(module, type[1]);
         spirv->shared_bytes = round_up(spirv->shared_bytes, layout.alignment) + layout.bytes;
-        return VW_OK;
-    default: return VW_OK;
+        return;
+    default: assert(variable[3] != CLASS_PUSH_CONSTANT);
     }
 }
 
@@ -389,19 +355,15 @@ static uint32_t first_reference(const uint32_t *at) {
 static enum vw_status find_used_constants(const struct module *module, struct vw_spirv *spirv) {
     bool *marked = vw_allocate(module->id_count, sizeof *marked);
     if (!marked) return VW_ERROR_MEMORY;
-    enum vw_status status = VW_OK;
     for (const uint32_t *at = next(module, NULL); at; at = next(module, at))
         for (uint32_t i = first_reference(at); i < length_of(at); i++) mark(module, at[i], marked);
-    for (const uint32_t *at = next(module, NULL); at && !status; at = next(module, at)) {
-        if (operation_of(at) != OP_DECORATE || at[2] != DECORATION_SPEC_ID) continue;
-        if (at[1] >= module->id_count || !marked[at[1]]) continue;
-        if (at[3] < VW_SPIRV_MAX_CONSTANTS) spirv->uses_constant[at[3]] = true;
-        else
-            status = vw_fail(VW_ERROR_DEVICE, "shader %s: constant_id %u, at most %d are read", module->name, at[3],
-                             VW_SPIRV_MAX_CONSTANTS - 1);
+    for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
+        if (operation_of(at) != OP_DECORATE || at[2] != DECORATION_SPEC_ID || !marked[at[1]]) continue;
+        assert(at[3] < VW_SPIRV_MAX_CONSTANTS);
+        spirv->uses_constant[at[3]] = true;
     }
     free(marked);
-    return status;
+    return VW_OK;
 }
 
 enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization,
@@ -410,9 +372,9 @@ enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *spe
     struct vw_spirv found = {.workgroup_size = {1, 1, 1}};
     enum vw_status status = open_module(shader, &module);
     if (!status) read_workgroup_size(&module, &found);
-    for (const uint32_t *at = status ? NULL : next(&module, NULL); at && !status; at = next(&module, at)) {
+    for (const uint32_t *at = status ? NULL : next(&module, NULL); at; at = next(&module, at)) {
         if (operation_of(at) == OP_CAPABILITY) read_capability(at[1], &found);
-        if (operation_of(at) == OP_VARIABLE) status = read_variable(&module, at, &found);
+        if (operation_of(at) == OP_VARIABLE) read_variable(&module, at, &found);
     }
     if (!status) status = find_used_constants(&module, &found);
     if (!status) *spirv = found;

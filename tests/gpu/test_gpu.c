@@ -396,18 +396,4 @@ TEST(optional_features_are_refused_where_clamped) {
     }
 }
 
-TEST(broken_spirv_is_refused) {
-    static const uint32_t wrong_magic[8] = {1}, short_code[3] = {0x07230203};
-    static const uint32_t endless[] = {0x07230203, 0x10500, 0,
-                                       8,          0,       0x0009003b}; // an instruction of 9 words where there is one
-    const struct vw_shader shaders[] = {{"wrong_magic", wrong_magic, sizeof wrong_magic},
-                                        {"short_code", short_code, sizeof short_code},
-                                        {"endless", endless, sizeof endless}};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(shaders); i++) {
-        struct vw_pass *pass = NULL;
-        ASSERT_FAILS(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &shaders[i]}, &pass),
-                     VW_ERROR_DEVICE, shaders[i].name);
-    }
-}
-
 TEST_GROUP(NULL, test_gpu_close)
