@@ -1,5 +1,4 @@
 #include "cli/help.h"
-#include "cli/option_text.h"
 
 #include <ctype.h>
 #include <stdio.h>

@@ -9,7 +9,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/interrupt.h"
-#include "cli/parse_options.h"
+#include "cli/program.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/plan.h"
 #include "viewworth/gpu.h"

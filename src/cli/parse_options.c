@@ -1,5 +1,5 @@
 // Parses a command line by the option table.
-#include "cli/parse_options.h"
+#include "cli/program.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -11,7 +11,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "cli/option_text.h"
+#include "cli/help.h"
 
 enum {
     OPTIONS_MAX = VW_PROGRAM_OPTIONS_MAX,

@@ -2,12 +2,62 @@
 #ifndef VIEWWORTH_CLI_PROGRAM_H
 #define VIEWWORTH_CLI_PROGRAM_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "cli/option.h"
 #include "cli/options.h"
 #include "viewworth/status.h"
+
+// ---- Options: rows of tables, the only source for parsing, help, man pages and completion ---------------------------
+
+enum vw_option_kind {
+    VW_OPTION_FLAG,   // bool
+    VW_OPTION_TEXT,   // const char *
+    VW_OPTION_TEXTS,  // struct vw_texts
+    VW_OPTION_COUNT,  // uint32_t
+    VW_OPTION_SEED,   // uint64_t
+    VW_OPTION_REAL,   // double
+    VW_OPTION_CHOICE, // an enum of 32 bits, by its names
+    VW_OPTION_EFFECTS // the config's own copy
+};
+
+// The headings under which help and man pages list options, in this order.
+enum vw_option_section {
+    VW_SECTION_MAIN,
+    VW_SECTION_SCENE,
+    VW_SECTION_TRAINING,
+    VW_SECTION_TIME,
+    VW_SECTION_SCORES,
+    VW_SECTION_FIELD,
+    VW_SECTION_GENERAL,
+    VW_SECTION_COUNT
+};
+
+struct vw_option {
+    const char *name;     // without dashes
+    const char *argument; // name of the value in help; NULL: a flag, or one of the choices
+    const char *help;     // one sentence without its full stop; range and default are added
+    unsigned groups;      // VW_OPTIONS_* of the commands that take it
+    enum vw_option_section section;
+    enum vw_option_kind kind;
+    size_t offset;            // offset of its field in the options of the program
+    bool common;              // shown by --help, not by help COMMAND alone
+    bool all;                 // a count that may be "all", which is the largest of its range
+    uint32_t least, most;     // range of a count that is not in vw_config, which has its own ranges; most 0: none
+    const char *default_text; // the default of a text; NULL: none, or not worth a word
+    const char *needs;        // option that must be given too, where the command has it; NULL: none
+    const char *words;        // values that completion offers, with spaces between; NULL: file names
+    char letter;              // its short form, "o" for "-o"; 0: none
+    const char *(*choice_name)(uint32_t choice);
+    uint32_t choice_count;
+};
+
+// The fields of a row that say where its value goes, and the range of a count.
+#define VW_OPTION_FIELD(options, type, field) .kind = VW_OPTION_##type, .offset = offsetof(options, field)
+#define VW_OPTION_RANGE(from, to) .least = from, .most = to
+
+// ---- Commands -------------------------------------------------------------------------------------------------------
 
 struct vw_program_command {
     uint32_t group; // an index into the program's groups
@@ -47,6 +97,13 @@ static inline const struct vw_option *vw_program_option(const struct vw_program 
     return index < first_count ? &program->tables[0].rows[index] : &program->tables[1].rows[index - first_count];
 }
 
+// Reads a command's arguments (argv[0] is the command's name) over the program's defaults; `options` begins a struct of
+// program->options_bytes. VW_ERROR_USAGE names the option and what it takes or needs. With --help nothing
+// is required.
+enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_program_command *command, int argc,
+                                char **argv, struct vw_options *options);
+// Returns true if the command line contains the option of that name (without dashes).
+bool vw_options_have(const struct vw_options *options, const char *name);
 // Runs what the command line says. Prints errors to stderr, and returns the exit code.
 int vw_program_run(const struct vw_program *program, int argc, char **argv);
 

@@ -10,7 +10,6 @@
 #include "cli/help.h"
 #include "cli/output/progress.h"
 #include "cli/params.h"
-#include "cli/parse_options.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
 

@@ -2,8 +2,8 @@
 #ifndef VIEWWORTH_LAB_OPTIONS_H
 #define VIEWWORTH_LAB_OPTIONS_H
 
-#include "cli/option.h"
 #include "cli/options.h"
+#include "cli/program.h"
 #include "lab/method_scorers.h"
 
 struct vw_lab_options {

@@ -10,7 +10,7 @@
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
-#include "cli/parse_options.h"
+#include "cli/program.h"
 
 // ---- Jobs ---------------------------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
-#include "cli/parse_options.h"
+#include "cli/program.h"
 #include "experiment/verified_selection.h"
 #include "ledger/find_image.h"
 #include "run/imported/imported_run.h"

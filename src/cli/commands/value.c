@@ -9,7 +9,7 @@
 #include "cli/output/progress.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
-#include "cli/parse_options.h"
+#include "cli/program.h"
 
 // Makes the run of `value`, or that of `train`, which has neither validation nor scores.
 static enum vw_status make_run(const struct vw_options *options, bool train_only) {

@@ -4,7 +4,7 @@
 
 #include "base/text.h"
 #include "cli/params.h"
-#include "cli/parse_options.h"
+#include "cli/program.h"
 #include "lab/benchmark.h"
 #include "lab/commands/commands.h"
 #include "lab/output/results.h"

@@ -1,5 +1,5 @@
 #include "cli/params.h"
-#include "cli/parse_options.h"
+#include "cli/program.h"
 #include "lab/commands/commands.h"
 #include "lab/output/results.h"
 #include "lab/reproduction.h"
