@@ -151,7 +151,7 @@ static void identical_photos(struct hard_finding *finding) {
     for (uint32_t view = 1; view < VAL_VIEWS; view++)
         hard_same_bits(finding, "errors of the same view", &run.views[view], &run.views[0], sizeof run.views[0]);
 
-    struct step_case setup = {.name = "one pixel", .seed = 322, HARD_SIZES};
+    struct step_case setup = {"one pixel", .seed = 322, HARD_SIZES};
     struct step_bench *bench = step_bench_open(&setup);
     for (uint32_t i = 1; i < bench->config.rays; i++) bench->pixels[i] = bench->pixels[0];
     hard_write_pixels(bench);
@@ -167,7 +167,7 @@ static void steps_on_one_colour(struct hard_finding *finding) {
         enum vw_loss loss;
     } steps[] = {{{0, 0, 0, 1}, VW_LOSS_L1}, {{1, 1, 1, 1}, VW_LOSS_L1}, {{1, 0, 0, 1}, VW_LOSS_L2}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(steps); i++) {
-        struct step_case setup = {.name = "photos", .seed = 321, HARD_SIZES};
+        struct step_case setup = {"photos", .seed = 321, HARD_SIZES};
         setup.loss = steps[i].loss;
         struct step_bench *bench = step_bench_open(&setup);
         for (uint32_t k = 0; k < bench->config.rays; k++) bench->pixels[k].rgba = steps[i].rgba;
@@ -196,7 +196,7 @@ static void match_nothing(struct hard_finding *finding) {
 // Checks grey photos of a box that is full of grey: colour weights of 0 make 1/2 exactly, and huge density weights let
 // the first sample hide all others. At an error of 0 the loss has no slope.
 static void match_a_grey_wall(struct hard_finding *finding, enum vw_loss loss) {
-    struct step_case setup = {.name = "grey wall", .seed = 323, HARD_SIZES};
+    struct step_case setup = {"grey wall", .seed = 323, HARD_SIZES};
     setup.loss = loss;
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_specialization *s = &bench->model.specialization;

@@ -19,8 +19,8 @@ static const double LIGHT_TOLERANCE = 1e-5;    // the device's exp, and that of 
 
 enum { SIDE_PX = 8, RAYS = SIDE_PX * SIDE_PX, STEP = 3 };
 
-static const struct step_case setup = {.name = "rays", .seed = 301, HARD_STEP},
-                              without_bounds = {.name = "unbounded", .seed = 341, HARD_STEP, .effects = "unbounded"};
+static const struct step_case setup = {"rays", .seed = 301, HARD_STEP},
+                              without_bounds = {"unbounded", .seed = 341, HARD_STEP, .effects = "unbounded"};
 
 // ---- Set-up ---------------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@
 #include "hard_cases/hard_step.h"
 #include "support/synthetic_scene.h"
 
-static const struct step_case setup = {.name = "training", .seed = 341, HARD_STEP};
+static const struct step_case setup = {"training", .seed = 341, HARD_STEP};
 
 static const double STEP_TOLERANCE =
     1e-4; // learning rates: params of up to 1/2 round to 3e-8, and the device's exp2 and log2 enter

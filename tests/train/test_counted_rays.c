@@ -35,16 +35,11 @@ static void check_case(const struct step_case *c) {
 
 // Lists what step_cases lacks.
 static const struct step_case more_cases[] = {
-    {.name = "placed samples", .seed = 61, .importance_samples = 24},
-    {.name = "pose", .seed = 62, .another_effect = "pose"},
-    {.name = "transient", .seed = 63, .another_effect = "transient", .ray_lanes = 8},
-    {.name = "encoder", .seed = 64, .another_effect = "appearance_encoder"},
-    {.name = "mlp",
-     .seed = 65,
-     .field = VW_FIELD_MLP,
-     .width = 16,
-     .mlp_depth = 3,
-     .importance_samples = 24,
+    {"placed samples", .seed = 61, .importance_samples = 24},
+    {"pose", .seed = 62, .another_effect = "pose"},
+    {"transient", .seed = 63, .another_effect = "transient", .ray_lanes = 8},
+    {"encoder", .seed = 64, .another_effect = "appearance_encoder"},
+    {"mlp", .seed = 65, .field = VW_FIELD_MLP, .width = 16, .mlp_depth = 3, .importance_samples = 24,
      .own_coarse = true},
 };
 

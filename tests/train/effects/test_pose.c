@@ -27,39 +27,23 @@ static const struct {
     float size;
     bool differs;
 } cases[] = {
-    {{.name = "default sizes", .seed = 501, .loss = VW_LOSS_L2}, 0.02f, true},
-    {{.name = "no correction", .seed = 502, .rays = 16, .samples = 16, .loss = VW_LOSS_L2}, 0.0f, true},
-    {{.name = "large corrections, four features, distortion",
-      .seed = 503,
-      .rays = 256,
-      .samples = 7,
-      .features = 4,
-      .levels = 2,
-      .width = 16,
-      .effects = "distortion"},
+    {{"default sizes", .seed = 501, .loss = VW_LOSS_L2}, 0.02f, true},
+    {{"no correction", .seed = 502, .rays = 16, .samples = 16, .loss = VW_LOSS_L2}, 0.0f, true},
+    {{"large corrections, four features, distortion", .seed = 503, .rays = 256, .samples = 7, .features = 4,
+      .levels = 2, .width = 16, .effects = "distortion"},
      0.5f,
      true},
-    {{.name = "wide network, by storage buffers, plain descent",
-      .seed = 504,
-      .rays = 16,
-      .samples = 48,
-      .width = 64,
-      .loss = VW_LOSS_HUBER,
-      .optimizer = VW_OPTIMIZER_SGD,
-      .as_on_gpus = true,
-      .effects = "background"},
+    {{"wide network, by storage buffers, plain descent", .seed = 504, .rays = 16, .samples = 48, .width = 64,
+      .loss = VW_LOSS_HUBER, .optimizer = VW_OPTIMIZER_SGD, .as_on_gpus = true, .effects = "background"},
      0.02f,
      true},
-    {{.name = "momentum", .seed = 505, .beta1 = 0.9, .loss = VW_LOSS_L2}, 0.02f, true},
-    {{.name = "importance samples", .seed = 506, .importance_samples = 16, .loss = VW_LOSS_L2}, 0.02f, true},
-    {{.name = "other effects",
-      .seed = 508,
-      .optimizer = VW_OPTIMIZER_DENSE_ADAM,
-      .loss = VW_LOSS_L2,
+    {{"momentum", .seed = 505, .beta1 = 0.9, .loss = VW_LOSS_L2}, 0.02f, true},
+    {{"importance samples", .seed = 506, .importance_samples = 16, .loss = VW_LOSS_L2}, 0.02f, true},
+    {{"other effects", .seed = 508, .optimizer = VW_OPTIMIZER_DENSE_ADAM, .loss = VW_LOSS_L2,
       .effects = "sky,appearance,appearance_code,visibility"},
      0.02f,
      false},
-    {{.name = "transient", .seed = 509, .loss = VW_LOSS_L2, .effects = "transient"}, 0.02f, false},
+    {{"transient", .seed = 509, .loss = VW_LOSS_L2, .effects = "transient"}, 0.02f, false},
 };
 
 // A step of a bench, read back, all of whose rays are of one photo.
@@ -358,7 +342,7 @@ TEST_CASES(cameras_move_once_the_field_has_come, i, VW_ARRAY_COUNT(cases)) {
 
 // ---- Hard cases -----------------------------------------------------------------------------------------------------
 
-static const struct step_case hard = {.name = "pose", .seed = 521, HARD_STEP, .effects = "pose"};
+static const struct step_case hard = {"pose", .seed = 521, HARD_STEP, .effects = "pose"};
 
 // Places the camera of the step's photo, in box coordinates.
 static void place(struct step_bench *bench, const double position[3], const double target[3], double focal_px) {

@@ -6,8 +6,8 @@
 #include "base/memory.h"
 #include "hard_cases/hard_step.h"
 
-static const struct step_case visibility = {.name = "visibility", .seed = 391, HARD_STEP, .effects = "visibility"},
-                              uncertainty = {.name = "uncertainty", .seed = 393, HARD_STEP, .effects = "uncertainty"};
+static const struct step_case visibility = {"visibility", .seed = 391, HARD_STEP, .effects = "visibility"},
+                              uncertainty = {"uncertainty", .seed = 393, HARD_STEP, .effects = "uncertainty"};
 
 // Opens a bench whose pixels count as the logistic function of about `logit` says; `size`: that of their features,
 // where they have any.

@@ -12,7 +12,7 @@
 static const double UNSEEN =
     1e-30; // a gradient that Adam's epsilon turns into no move: light beyond tau = 87 is cut to 1e-38
 
-static const struct step_case setup = {.name = "sky", .seed = 331, HARD_STEP, .effects = "sky"};
+static const struct step_case setup = {"sky", .seed = 331, HARD_STEP, .effects = "sky"};
 
 static float *sky_of(struct step_bench *bench) {
     return bench->params + bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
