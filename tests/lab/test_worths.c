@@ -90,22 +90,6 @@ GAME_TEST(shrinking_keeps_the_level) {
     if (sqrt(spread) > 1) fail_msg("worths are not shrunk: their standard deviation is %g", sqrt(spread));
 }
 
-// Intervals of 95 % contain the true worth in most cases of 20 games with 10 photos each.
-GAME_TEST(intervals_hold_the_worths) {
-    uint32_t held = 0, zero_known = 0;
-    for (uint32_t game = 0; game < 20; game++) {
-        play_game((struct game){.noise_db = 0.6}, 60, 60, 2, FIRST_SEED + 2 * game);
-        worths = fit(VW_OUTCOME_VAL_PSNR);
-        for (uint32_t i = 0; i < PHOTOS; i++)
-            held += worths.ci_low[i] <= true_worths[i] && true_worths[i] <= worths.ci_high[i];
-        zero_known += worths.ci_low[9] > 0 || worths.ci_high[9] < 0;
-        end(state);
-    }
-    if (held < 176)
-        fail_msg("%u of 200 intervals hold the true worth", held); // 190 expected, 3.1 as standard deviation
-    if (zero_known > 4) fail_msg("%u of 20 games are sure of a photo without worth", zero_known);
-}
-
 GAME_TEST(too_few_subsets_have_no_worths) {
     play_subsets(0, 5, 2, 1);
     worths = fit(VW_OUTCOME_VAL_PSNR);
@@ -144,13 +128,6 @@ GAME_TEST(sign_accuracy_counts_photos_of_known_worth) {
 }
 
 // ---- Cross-fitting --------------------------------------------------------------------------------------------------
-
-// Outcomes that are noise alone cannot be predicted; a fit that saw what it predicts would seem to.
-GAME_TEST(noise_is_not_predicted) {
-    play_subsets(50, 16, 16, 1);
-    worths = fit(VW_OUTCOME_VAL_PSNR);
-    if (worths.pearson > 0.3) fail_msg("noise is predicted by r = %g", worths.pearson); // one error: 0.18
-}
 
 GAME_TEST(predictions_have_an_lds) {
     struct vw_worths by_truth[VW_TRUTH_COUNT];
