@@ -12,8 +12,7 @@
 enum { LINES = 20000 };
 static bool memory_is_short;
 
-void *__real_reallocarray(void *memory, size_t count, size_t item_bytes);
-void *__wrap_reallocarray(void *memory, size_t count, size_t item_bytes);
+WRAPS(reallocarray);
 
 // Replaces the C library's function at link time.
 void *__wrap_reallocarray(void *memory, size_t count, size_t item_bytes) {

@@ -31,13 +31,6 @@ struct vw_config hard_run_config(void) {
     return config;
 }
 
-static void *read_whole(struct vw_buffer *buffer) {
-    uint64_t size_bytes = vw_buffer_size_bytes(buffer);
-    void *data = test_allocate(size_bytes, 1);
-    ASSERT_OK(vw_buffer_read(buffer, 0, data, size_bytes));
-    return data;
-}
-
 static void check_record(struct hard_finding *finding, const struct vw_step_record *record) {
     const double values[] = {record->val_psnr, record->val_psnr_pooled, record->val_l1};
     for (size_t i = 0; i < VW_ARRAY_COUNT(values); i++)
@@ -97,11 +90,11 @@ static void compare_view(struct hard_finding *finding, const struct reference_st
 }
 
 static void compare_validation(struct hard_finding *finding, const float *params, const struct hard_run *run) {
-    struct vw_ray *rays = read_whole(trainer->validation.evaluator.rays);
-    struct vw_ray_range *ranges = read_whole(trainer->validation.ranges);
+    struct vw_ray *rays = test_read(trainer->validation.evaluator.rays);
+    struct vw_ray_range *ranges = test_read(trainer->validation.ranges);
     struct reference_params *reference_params = reference_params_create(&trainer->model, params);
     struct vw_ray_range *fit_ranges =
-        trainer->validation.view_fit.ranges ? read_whole(trainer->validation.view_fit.ranges) : NULL;
+        trainer->validation.view_fit.ranges ? test_read(trainer->validation.view_fit.ranges) : NULL;
     struct reference_step *reference =
         reference_step_create(&trainer->model, rays, trainer->validation.evaluator.ray_count);
     reference_step_forward(reference, reference_params, false, 0);
@@ -129,9 +122,9 @@ static struct hard_run train(struct hard_finding *finding, const struct vw_scene
     struct hard_run run = {0};
     trainer = test_trainer_open(
         (struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true});
-    float *before = read_whole(trainer->field.params);
+    float *before = test_read(trainer->field.params);
     run_to_the_end(finding, &run);
-    float *params = read_whole(trainer->field.params);
+    float *params = test_read(trainer->field.params);
     for (uint64_t i = 0; i < trainer->model.param_bytes / sizeof *params; i++)
         hard_require(finding, isfinite(params[i]), "every param is finite");
     run.still = !memcmp(params, before, trainer->model.param_bytes);

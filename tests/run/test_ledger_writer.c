@@ -21,10 +21,7 @@ static struct {
     uint64_t fails_at;     // the step that a failing submission begins with; 0: none
 } disk = {.lock = PTHREAD_MUTEX_INITIALIZER, .opened = PTHREAD_COND_INITIALIZER};
 
-enum vw_status __real_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
-                                       const uint32_t *validation_views);
-enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
-                                       const uint32_t *validation_views);
+WRAPS(vw_ledger_append);
 
 enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                        const uint32_t *validation_views) {

@@ -20,16 +20,9 @@ enum { PHOTOS = 6, EPOCHS = 4, STEPS = PHOTOS * EPOCHS };
 enum { WRITE_US = 5000 };
 static atomic_uint_fast64_t step_on_disk, step_handed_over;
 
-enum vw_status __real_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
-                                       const uint32_t *validation_views);
-enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
-                                       const uint32_t *validation_views);
-enum vw_status __real_vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
-                                           uint32_t count, const struct vw_step_statistics *statistics);
-enum vw_status __wrap_vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
-                                           uint32_t count, const struct vw_step_statistics *statistics);
-void __real_vw_checkpoints_save(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer);
-void __wrap_vw_checkpoints_save(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer);
+WRAPS(vw_ledger_append);
+WRAPS(vw_ledger_writer_add);
+WRAPS(vw_checkpoints_save);
 
 enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                        const uint32_t *validation_views) {

@@ -99,8 +99,8 @@ TEST_WITHIN(a_disk_without_room_is_an_error, make_folder, remove_folder) {
 }
 
 static bool almost_full;
-int __real_fstatvfs(int descriptor, struct statvfs *disk);
-int __wrap_fstatvfs(int descriptor, struct statvfs *disk);
+WRAPS(fstatvfs);
+
 int __wrap_fstatvfs(int descriptor, struct statvfs *disk) {
     int failed = __real_fstatvfs(descriptor, disk);
     if (almost_full) disk->f_bavail = (64 << 20) / disk->f_frsize;

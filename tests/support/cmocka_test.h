@@ -35,6 +35,10 @@
 // all of them.
 static inline bool test_is_full(void) { return getenv("VIEWWORTH_FULL") != NULL; }
 
+// Declares a function of the library that the linker wraps (a test's "wrap:", tests/CMakeLists.txt), and what takes its
+// place.
+#define WRAPS(name) __typeof__(name) __real_##name, __wrap_##name
+
 // Runs one set-up before all tests of the program and one tear-down after them.
 #define TEST_GROUP(set_up, tear_down)                                                                                  \
     __attribute__((constructor)) static void add_group(void) { test_group(set_up, tear_down); }

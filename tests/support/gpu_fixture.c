@@ -45,6 +45,13 @@ struct vw_submission *test_submission(struct vw_gpu *gpu) {
     return test_own(submission, destroy_submission);
 }
 
+void *test_read(struct vw_buffer *buffer) {
+    uint64_t size_bytes = vw_buffer_size_bytes(buffer);
+    void *data = test_allocate(1, size_bytes);
+    ASSERT_OK(vw_buffer_read(buffer, 0, data, size_bytes));
+    return data;
+}
+
 int test_gpu_close(void **state) {
     (void)state;
     test_release_to(0); // buffers before their device

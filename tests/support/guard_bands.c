@@ -5,47 +5,22 @@
 // that masks what lies outside a binding, as lavapipe does. So a pass that writes too far corrupts the band, and one
 // that reads too far meets NaN. The one exception is a shader that asks a binding for its length: it gets the true one.
 #include "support/guard_bands.h"
-
-#include <stdio.h>
-#include <string.h>
+#include "support/cmocka_test.h"
 
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "viewworth/gpu.h"
 
-// Calls the product's own functions, under the names that the linker gives them.
-enum vw_status __real_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params,
-                                       struct vw_buffer **buffer);
-void __real_vw_buffer_destroy(struct vw_buffer **buffer);
-uint64_t __real_vw_buffer_size_bytes(const struct vw_buffer *buffer);
-void *__real_vw_buffer_map(struct vw_buffer *buffer);
-enum vw_status __real_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data,
-                                      uint64_t size_bytes);
-enum vw_status __real_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
-enum vw_status __real_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
-void __real_vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
-                               struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
-void __real_vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass,
-                                            const void *push, size_t push_bytes, struct vw_buffer *groups,
-                                            uint64_t offset_bytes);
-enum vw_status __real_vw_gpu_close(struct vw_gpu **gpu);
-
-// Replaces the product's functions at every call.
-enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params,
-                                       struct vw_buffer **buffer);
-void __wrap_vw_buffer_destroy(struct vw_buffer **buffer);
-uint64_t __wrap_vw_buffer_size_bytes(const struct vw_buffer *buffer);
-void *__wrap_vw_buffer_map(struct vw_buffer *buffer);
-enum vw_status __wrap_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data,
-                                      uint64_t size_bytes);
-enum vw_status __wrap_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
-enum vw_status __wrap_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
-void __wrap_vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
-                               struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
-void __wrap_vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass,
-                                            const void *push, size_t push_bytes, struct vw_buffer *groups,
-                                            uint64_t offset_bytes);
-enum vw_status __wrap_vw_gpu_close(struct vw_gpu **gpu);
+WRAPS(vw_buffer_create);
+WRAPS(vw_buffer_destroy);
+WRAPS(vw_buffer_size_bytes);
+WRAPS(vw_buffer_map);
+WRAPS(vw_buffer_write);
+WRAPS(vw_buffer_read);
+WRAPS(vw_pass_create);
+WRAPS(vw_submission_copy);
+WRAPS(vw_submission_dispatch_indirect);
+WRAPS(vw_gpu_close);
 
 enum {
     BAND_BYTES = 16384,

@@ -170,6 +170,14 @@ void test_run_assert_same(const struct test_run *a, const struct test_run *b) {
     assert_memory_equal(a->params, b->params, 4 * a->param_words);
 }
 
+static void destroy_submissions(void *submissions) { vw_submissions_destroy(&(struct vw_submissions *){submissions}); }
+
+struct vw_submissions *test_submissions(void) {
+    struct vw_submissions *submissions = NULL;
+    ASSERT_OK(vw_submissions_create(test_gpu(), &submissions));
+    return test_own(submissions, destroy_submissions);
+}
+
 void test_trainer_has_no_effects(const struct vw_trainer *trainer) {
     static const struct vw_effect_sets no_passes;
     assert_memory_equal(&trainer->step.effects, &no_passes, sizeof no_passes);

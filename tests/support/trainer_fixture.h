@@ -24,6 +24,8 @@ enum vw_status test_trainer_try(struct vw_trainer_params params, struct vw_train
 struct vw_trainer *test_trainer_open(struct vw_trainer_params params);
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                                        uint32_t steps_per_submission);
+// Returns submissions that trainers share, which the test owns.
+struct vw_submissions *test_submissions(void);
 // Asserts that a trainer has no passes, buffers or params of any effect.
 void test_trainer_has_no_effects(const struct vw_trainer *trainer);
 

@@ -36,18 +36,11 @@ static double seen(const struct reference_step *step, uint32_t ray, int channel)
     return step->errors[ray][channel] + step->rays[ray].target[channel];
 }
 
-static void *read_all(struct vw_buffer *buffer) {
-    uint64_t bytes = vw_buffer_size_bytes(buffer);
-    void *data = test_allocate(bytes, 1);
-    ASSERT_OK(vw_buffer_read(buffer, 0, data, bytes));
-    return data;
-}
-
 // Returns where samples were placed by importance, for a single chunk of rays; NULL: nowhere.
 static double *samples_placed(struct vw_buffer *buffer) {
     if (!buffer) return NULL;
     uint64_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
-    float *listed = read_all(buffer);
+    float *listed = test_read(buffer);
     double *exact = test_allocate(count, sizeof *exact);
     for (uint64_t i = 0; i < count; i++) exact[i] = listed[i];
     return exact;
@@ -147,9 +140,9 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
                                 &lasting->backward.blocks);
     vw_adjoint_record_step(&lasting->backward, lasting->replay.submission, STEP, pixel, 0);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
-    float *before = read_all(lasting->backward.blocks.before), *after = read_all(lasting->backward.blocks.after),
-          *gradient = read_all(lasting->backward.blocks.gradient), *direction = read_all(lasting->backward.direction),
-          *moved = read_all(adjoint->lambda);
+    float *before = test_read(lasting->backward.blocks.before), *after = test_read(lasting->backward.blocks.after),
+          *gradient = test_read(lasting->backward.blocks.gradient), *direction = test_read(lasting->backward.direction),
+          *moved = test_read(adjoint->lambda);
     const vw_float4 row =
         ((const vw_float4 *)vw_buffer_map(lasting->backward.rows))[lasting->backward.measure_count - 1];
     double credit = 0, credit_size = 0;
@@ -173,7 +166,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     vw_submission_dispatch(lasting->replay.submission, vw_volume_step_of(step)->gradient.of_rays.generate, &push,
                            sizeof push, step->padded_rays);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
-    struct vw_ray *rays = read_all(step->ray_buffer);
+    struct vw_ray *rays = test_read(step->ray_buffer);
     double(*places)[2] = places_of(lasting->replay.context, pixel, view, taken);
     struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
                                                          samples_placed(vw_volume_step_of(step)->places), taken, view);
@@ -252,11 +245,11 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
                                 &lasting->backward.blocks);
     vw_adjoint_record_state(&lasting->backward, lasting->replay.submission, 0, states);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
-    float *after = read_all(lasting->backward.blocks.after),
-          *lambda = read_all(lasting->backward.by_measure[measure].lambda);
-    struct vw_ray *rays = read_all(validation->evaluator.rays);
-    struct vw_ray_range *scored = read_all(validation->ranges),
-                        *fitted = validation->view_fit.ranges ? read_all(validation->view_fit.ranges) : NULL;
+    float *after = test_read(lasting->backward.blocks.after),
+          *lambda = test_read(lasting->backward.by_measure[measure].lambda);
+    struct vw_ray *rays = test_read(validation->evaluator.rays);
+    struct vw_ray_range *scored = test_read(validation->ranges),
+                        *fitted = validation->view_fit.ranges ? test_read(validation->view_fit.ranges) : NULL;
     const struct score_case score = {validation, rays, scored, fitted, measure == ADJOINT_LOSS};
 
     struct vw_model plain = *model; // validation takes nobody's code, gain or bias, and skips nothing

@@ -23,17 +23,6 @@ static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_ru
     } while (count);
 }
 
-// Collecting breaks the rhythm of two submissions in flight at every step: no bit changes.
-TEST(collecting_after_every_submission_changes_nothing) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    struct test_run *whole = test_run(scene, &config, true, 2), *halting = test_allocate(1, sizeof *halting);
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 2);
-    for (uint64_t step = 1; step < vw_trainer_total_steps(trainer); step += 2) take_some(trainer, step, halting);
-    test_run_finish(trainer, halting);
-    test_run_assert_same(whole, halting);
-}
-
 // A finished run goes on when more epochs are asked for.
 FOLDER_TEST(a_finished_run_can_be_extended) {
     const char *path = temporary_path(*state, "checkpoint");

@@ -33,17 +33,26 @@ TEST(settings_survive_json) {
         {"'learning_rate_decay':0.3", true},
         {"'background':'random'", true},
         {"'field':'mlp'", true},
-        {"'field':'mlp','mlp_depth':6,'frequencies':4", true},
+        {"'field':'mlp','mlp_depth':6", true},
+        {"'field':'mlp','frequencies':4", true},
+        {"'field':'mlp','importance_samples':12", true},
         {"'field':'mlp','importance_samples':12,'coarse_network':'own'", true},
-        {"'field':'splats','rays':512,'splats':1048576,'harmonics':3", true},
+        {"'field':'splats','rays':512", true},
+        {"'field':'splats','rays':512,'splats':1048576", true},
+        {"'field':'splats','rays':512,'harmonics':3", true},
         {"'field':'splats','rays':512,'ssim_weight':0.2", true},
     };
+    const struct vw_config plain = plain_config();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        const struct vw_config plain = plain_config(), config = config_with(&plain, cases[i].settings);
+        const struct vw_config config = config_with(&plain, cases[i].settings);
         AUTO_FREE char *json = config_json_with(&plain, cases[i].settings), *again = vw_config_to_json(&config, false);
         assert_string_equal(again, json);
         if (same_identity(&config, &plain) == cases[i].identity)
             fail_msg("%s is%s part of what a run is", cases[i].settings, cases[i].identity ? " not" : "");
+        for (size_t k = 0; k < i && cases[i].identity; k++) {
+            const struct vw_config other = config_with(&plain, cases[k].settings);
+            if (same_identity(&config, &other)) fail_msg("%s and %s are one run", cases[i].settings, cases[k].settings);
+        }
     }
 }
 

@@ -24,35 +24,17 @@ static void exclude_first(struct vw_scene *scene) {
     scene->split_count[VW_SPLIT_EXCLUDED]++;
 }
 
-#define OF_SPLATS "'field':'splats','levels':10,'log2_table':14,'width':32,'rays':256"
-#define OF_MLP "'field':'mlp','levels':10,'log2_table':14"
-enum { SAME = 3 }; // the first settings leave a run what it is
+enum { SAME = 3 }; // the first settings leave a run what it is; test_config has all that change it
 static const char *const settings[] = {
     "",
     "'epochs':99",
     "'effects':'none'", // as `auto` decides for this scene
     "'seed':1099511627776",
-    "'vary':'order'",
-    "'vary':'pixels'",
-    "'vary':'order','base_seed':1",
-    "'rays':61",
-    "'learning_rate':0.0030000000000000005",
     "'learning_rate_decay':0.5",
     "'learning_rate_decay':0.5,'epochs':4",
-    "'importance_samples':16",
-    OF_MLP,
-    OF_MLP ",'mlp_depth':2",
-    OF_MLP ",'frequencies':2",
-    OF_MLP ",'importance_samples':16",
-    OF_MLP ",'importance_samples':16,'coarse_network':'own'",
-    OF_SPLATS,
-    OF_SPLATS ",'ssim_weight':0.2",
-    "'burn_in_epochs':2",
+    "'field':'splats','levels':10,'log2_table':14,'width':32,'rays':256",
     "'effects':'+background'",
     "'effects':'+unbounded'",
-    "'loss':'huber'",
-    "'loss':'huber','huber_length':0.3",
-    "'background':'random'",
 };
 
 enum other { OTHER_SCENE, OTHER_SUBSET, OTHER_BOX, OTHER_DEVICE, OTHER_DRIVER, NO_VALIDATION, OTHERS };

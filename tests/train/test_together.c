@@ -25,14 +25,6 @@ struct group {
     struct test_run *runs[TOGETHER];
 };
 
-static void destroy_submissions(void *submissions) { vw_submissions_destroy(&(struct vw_submissions *){submissions}); }
-
-static struct vw_submissions *open_submissions(void) {
-    struct vw_submissions *submissions = NULL;
-    ASSERT_OK(vw_submissions_create(test_gpu(), &submissions));
-    return test_own(submissions, destroy_submissions);
-}
-
 static struct vw_trainer *open_member(struct group *group, const struct member *member, uint32_t steps_per_submission,
                                       struct vw_submissions *submissions) {
     struct vw_config config = group->config;
@@ -59,7 +51,7 @@ static void open_group(const char *effects, uint32_t steps_per_submission, struc
     *group = (struct group){.scene = test_scene(), .config = test_config()};
     strcpy(group->config.effects, effects);
     group->config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.01; // for the encoder, where it is on
-    group->submissions = open_submissions();
+    group->submissions = test_submissions();
     for (uint32_t i = 0; i < TOGETHER; i++) {
         group->trainers[i] = open_member(group, &members[i], steps_per_submission, group->submissions);
         group->runs[i] = test_allocate(1, sizeof *group->runs[i]);
@@ -140,7 +132,7 @@ TEST(a_held_training_stays) {
 // Counts the commands and barriers of a step in the second submission of as many trainings.
 static void count_epochs(uint32_t together, double *commands, double *barriers) {
     const size_t before = test_owned();
-    struct group group = {.scene = test_scene(), .config = test_config(), .submissions = open_submissions()};
+    struct group group = {.scene = test_scene(), .config = test_config(), .submissions = test_submissions()};
     struct vw_trainer *trainers[COUNTED_MOST];
     const struct vw_step_record *records;
     uint32_t count;
@@ -188,7 +180,7 @@ TEST(the_next_step_begins_beside_validation) {
     } cases[] = {{"none", 8}, {"sky", 9}};
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         const size_t before = test_owned();
-        struct group group = {.scene = test_scene(), .config = test_config(), .submissions = open_submissions()};
+        struct group group = {.scene = test_scene(), .config = test_config(), .submissions = test_submissions()};
         const struct vw_step_record *records;
         uint32_t count;
         strcpy(group.config.effects, cases[c].effects);

@@ -258,17 +258,13 @@ TEST(a_run_goes_on_where_others_draw_its_pixels) {
     temporary_folder_remove(folder);
 }
 
-static void destroy_submissions(void *submissions) { vw_submissions_destroy(&(struct vw_submissions *){submissions}); }
-
 // Trainers of one scene share its photos; the memory that each takes does not count them. One of another scene, and one
 // whose effect has something to fill in beside each pixel, draw on the host.
 TEST(trainers_share_photos) {
     struct vw_scene *scene = test_scene(), *other = test_scene();
     struct vw_config config = test_config(), longer = test_config();
     longer.seed = 9;
-    struct vw_submissions *submissions = NULL;
-    ASSERT_OK(vw_submissions_create(test_gpu(), &submissions));
-    test_own(submissions, destroy_submissions);
+    struct vw_submissions *submissions = test_submissions();
     uint64_t bytes = vw_submissions_unshared_bytes(submissions, test_gpu()), all = vw_gpu_buffer_bytes(test_gpu());
     struct vw_trainer *a = open_drawing(scene, &config, true, submissions),
                       *b = open_drawing(scene, &longer, true, submissions),

@@ -1,7 +1,7 @@
 // Gains of lists over all photos: a case by hand, and games whose gain is known.
 #include "support/cmocka_test.h"
 
-#include "base/random.h"
+#include "support/draws.h"
 #include "value/evaluation/gains.h"
 
 #define ROUNDING 1e-12
@@ -64,22 +64,15 @@ TEST(the_best_of_those_that_are_sure_is_chosen) {
 
 enum { LISTS = 14, SEEDS = 2, VIEWS = 6, GAMES = 400 };
 
-static double normal(uint32_t game, uint32_t use, uint32_t a) {
-    uint32_t words[4];
-    vw_random_words(game, VW_RANDOM_RECIPE, use, a, 0, words);
-    double radius = sqrt(-2 * log((words[0] + 0.5) / 4294967296.0));
-    return radius * cos(6.283185307179586 * words[1] / 4294967296.0);
-}
-
 // Returns the gain of the list that is chosen in a game; `gains_db` has the true gains.
 static double play(uint32_t game, const double gains_db[LISTS]) {
     static double psnr_db[LISTS * SEEDS * VIEWS];
     struct vw_gain gains[LISTS];
     for (uint32_t i = 0; i < LISTS * SEEDS * VIEWS; i++) {
         uint32_t list = i / (SEEDS * VIEWS), training = i / VIEWS, view = i % VIEWS;
-        psnr_db[i] = 20 + 3 * normal(game, 0, view) + gains_db[list] +
-                     (list ? 0.1 * normal(game, 1, list * VIEWS + view) : 0) + 0.15 * normal(game, 2, training) +
-                     0.05 * normal(game, 3, i);
+        psnr_db[i] = 20 + 3 * test_normal(game, 0, view) + gains_db[list] +
+                     (list ? 0.1 * test_normal(game, 1, list * VIEWS + view) : 0) +
+                     0.15 * test_normal(game, 2, training) + 0.05 * test_normal(game, 3, i);
     }
     ASSERT_OK(vw_gains_estimate(psnr_db, LISTS, SEEDS, VIEWS, gains));
     return gains_db[vw_gains_choose(gains, LISTS)];

@@ -1,4 +1,4 @@
-// Scores against a fake trainer whose photos' worths are known, and the SQL and shell programs that recompute them.
+// Scores against a fake trainer whose photos' worths are known, and the SQL that recomputes them.
 #include "support/ledger_fixture.h"
 
 #include <sqlite3.h>
@@ -104,7 +104,7 @@ TEST(epochs_that_no_training_has_are_refused) {
     assert_null(scores);
 }
 
-// ---- The programs that recompute scores ----
+// ---- The query that recomputes scores ----
 
 // Records a noisy run with two flagged steps under `folder`/`name`/ledger.db; the scores are given back.
 static struct vw_ledger_score *record_run(const char *folder, const char *name, const char *config_json,
@@ -170,44 +170,4 @@ FOLDER_TEST(the_query_reproduces_dv_psnr) {
         AUTO_FREE char *path = vw_format_text("%s/%s/ledger.db", (const char *)*state, runs[i].name);
         compare_with_query(path, sql, scores, count);
     }
-}
-
-static char *output_of(const char *command) {
-    FILE *stream = popen(command, "r");
-    assert_non_null(stream);
-    char *output = vw_allocate(4096, 1);
-    output[0] = '\n';
-    size_t used = fread(output + 1, 1, 4000, stream);
-    int result = pclose(stream);
-    if (result) fail_msg("%s exited with %d after:%.*s", command, result, (int)used, output);
-    return output;
-}
-
-FOLDER_TEST(score_quality_tells_auc_and_r) {
-    if (system("command -v sqlite3 >/dev/null")) {
-        print_message("SKIPPED: the program sqlite3 is missing; apt-get install sqlite3\n");
-        skip();
-    }
-    uint32_t count = 0;
-    free(record_run(*state, "it's two", "{}", 1, 8, &count));
-    AUTO_FREE char *script = vw_format_text("%s/scripts/lab/score_quality", VW_SOURCE_FOLDER);
-    AUTO_FREE char *ledger = vw_format_text("%s/it's two/ledger.db", (const char *)*state);
-    sqlite3 *raw = NULL;
-    assert_int_equal(sqlite3_open(ledger, &raw), SQLITE_OK);
-    // Clean photos 1, 3, 6 score 1, 5, 3 and corrupted ones 2, 5 score 3, 4: of 6 pairs 2 are right and one is a tie.
-    const char *sql = "UPDATE score SET value = CASE image_id WHEN 1 THEN 1 WHEN 3 THEN 5 WHEN 5 THEN 4 ELSE 3 END"
-                      " WHERE method = 'dv_loss';"
-                      "DELETE FROM score WHERE method NOT IN ('dv_psnr', 'dv_loss');";
-    assert_int_equal(sqlite3_exec(raw, sql, NULL, NULL, NULL), SQLITE_OK);
-    sqlite3_close(raw);
-    char *command =
-        vw_format_text("'%s' \"%s/it's two\" \"%s/it's two\"", script, (const char *)*state, (const char *)*state);
-    char *output = output_of(command);
-    if (strcmp(output, "\ndv_loss 0.4167 1.0000\ndv_psnr 1.0000 1.0000\n") != 0)
-        fail_msg("score_quality printed:%s", output);
-    free(output);
-    free(command);
-    command = vw_format_text("'%s' '%s/none' 2>/dev/null", script, (const char *)*state);
-    assert_int_equal(WEXITSTATUS(system(command)), 2);
-    free(command);
 }

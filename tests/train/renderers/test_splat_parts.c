@@ -9,8 +9,7 @@
 
 static const struct vw_gpu_limits *pretended; // limits in place of the device's; NULL: its own
 
-const struct vw_gpu_limits *__real_vw_gpu_get_limits(const struct vw_gpu *gpu);
-const struct vw_gpu_limits *__wrap_vw_gpu_get_limits(const struct vw_gpu *gpu);
+WRAPS(vw_gpu_get_limits);
 
 const struct vw_gpu_limits *__wrap_vw_gpu_get_limits(const struct vw_gpu *gpu) {
     return pretended ? pretended : __real_vw_gpu_get_limits(gpu);

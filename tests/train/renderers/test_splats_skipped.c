@@ -11,8 +11,7 @@
 
 static uint32_t step_pairs, validation_pairs; // the room for pairs of one drawing; 0: the device's
 
-uint32_t __real_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
-uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
+WRAPS(vw_splats_pair_room);
 
 uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room) {
     uint32_t pairs = room->views == 1 ? step_pairs : validation_pairs; // the scene has two validation photos
@@ -50,8 +49,7 @@ static uint32_t count_flagged(const struct test_run *run) {
 TEST(a_run_without_room_stays_where_it_begins) {
     struct vw_config config = config_with_room(1);
     struct vw_trainer *trainer = test_trainer_create(test_scene(), &config, true, 0);
-    uint32_t *before = test_allocate(1, trainer->model.param_bytes);
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, before, trainer->model.param_bytes));
+    const uint32_t *before = test_read(trainer->field.params);
     const struct test_run *run = test_run_of(trainer);
     assert_false(run->records[0].nonfinite); // the untrained field is drawn
     assert_int_equal(count_flagged(run), run->count - 1);
@@ -95,8 +93,7 @@ TEST_CASES(colours_that_are_not_finite_flag_every_row_that_shows_them, i, VW_ARR
         ASSERT_OK(vw_buffer_write(trainer->field.params,
                                   16 * (poisons[i].column * stride + splat) + 4 * poisons[i].lane, &poisons[i].value,
                                   sizeof(float)));
-    uint32_t *before = test_allocate(1, trainer->model.param_bytes);
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, before, trainer->model.param_bytes));
+    const uint32_t *before = test_read(trainer->field.params);
     const struct test_run *run = test_run_of(trainer);
     assert_int_equal(count_flagged(run), run->count);
     assert_memory_equal(run->params, before, trainer->model.param_bytes);

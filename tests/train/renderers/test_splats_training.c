@@ -106,12 +106,6 @@ struct masked_step {
     vw_float4 *drawn;
 };
 
-static vw_float4 *read_rays(struct vw_buffer *buffer, uint32_t rays) {
-    vw_float4 *values = test_allocate(rays, sizeof *values);
-    ASSERT_OK(vw_buffer_read(buffer, 0, values, rays * sizeof *values));
-    return values;
-}
-
 static struct masked_step take_masked_step(const char *effects, struct vw_config *config) {
     struct vw_scene *scene = test_scene();
     *config = test_config_of(VW_FIELD_SPLATS);
@@ -121,12 +115,8 @@ static struct masked_step take_masked_step(const char *effects, struct vw_config
     mask(scene, 128);
     struct masked_step step = {test_trainer_create(scene, config, false, 1), scene, NULL, NULL, NULL};
     struct test_run *run = test_run_of(step.trainer);
-    const struct vw_buffer *colours = vw_splat_step_of(&step.trainer->step)->drawing.colours;
-    step.drawn = read_rays((struct vw_buffer *)colours, config->rays);
-    struct vw_buffer *buffer = step.trainer->step.pixels;
-    struct vw_pixel *pixels = test_allocate(vw_buffer_size_bytes(buffer), 1);
-    ASSERT_OK(vw_buffer_read(buffer, 0, pixels, vw_buffer_size_bytes(buffer)));
-    step.pixels = pixels;
+    step.drawn = test_read(vw_splat_step_of(&step.trainer->step)->drawing.colours);
+    step.pixels = test_read(step.trainer->step.pixels);
     step.record = &run->records[run->count - 1];
     while (step.pixels->view != step.record->view)
         step.pixels += config->rays; // the steps of a submission, one after another
@@ -166,7 +156,7 @@ TEST(the_loss_is_of_the_pixels_that_masks_keep) {
 TEST(what_was_drawn_is_kept_for_the_fit) {
     struct vw_config config;
     const struct masked_step step = take_masked_step("masks,appearance", &config);
-    const vw_float4 *rendered = read_rays(step.trainer->step.effect_buffers[VW_SLOT_RENDERED], config.rays);
+    const vw_float4 *rendered = test_read(step.trainer->step.effect_buffers[VW_SLOT_RENDERED]);
     double light = 0.0;
     for (uint32_t i = 0; i < config.rays; i++) {
         assert_true(rendered[i].w == (place_of(&step, i) != UINT32_MAX));
@@ -200,8 +190,7 @@ static struct vw_scene *scene_with_points(void) {
 
 static const float *start_of(struct vw_scene *scene, const struct vw_config *config, uint32_t *count) {
     struct vw_trainer *trainer = test_trainer_create(scene, config, false, 0);
-    float *params = test_allocate(1, trainer->model.param_bytes);
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
+    const float *params = test_read(trainer->field.params);
     *count = vw_splat_model_of(&trainer->model)->count;
     test_release(trainer);
     return params;
