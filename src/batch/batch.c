@@ -16,7 +16,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "viewworth/log.h"
 
 enum { LOOK_NS = 50000000, SIGNAL_CODE = 128, RECORD_BYTES_MAX = 1 << 20, LOG_BYTES_MAX = 1 << 26 };

@@ -12,7 +12,7 @@
 #include "base/rows.h"
 #include "experiment/measured_views.h"
 #include "experiment/retrain.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 
 // A comparison while it is made.

@@ -9,7 +9,7 @@
 #include "experiment/retrain.h"
 #include "ledger/find_image.h"
 #include "run/lasting/lasting_summary.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/scoring.h"
 #include "viewworth/log.h"
 

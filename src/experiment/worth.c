@@ -11,7 +11,7 @@
 #include "experiment/retrain.h"
 #include "experiment/worth_subsets.h"
 #include "run/imported/imported_run.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/run_outputs.h"
 #include "viewworth/log.h"
@@ -236,7 +236,8 @@ static enum vw_status make(struct work *work) {
     status = writes ? open_session(work) : vw_recorded_warn_unverified(&result->recorded, false);
     if (!status && pays) status = vw_attribution_check_scene(result->recorded.scene);
     if (!status && trains) status = open_retrainer(work, work->params->out);
-    if (!status && trains) status = vw_checksums_remove(work->params->out); // retrainings change the chain head
+    if (!status && trains)
+        status = vw_file_remove(work->params->out, VW_CHECKSUMS_FILE); // retrainings change the chain head
     if (!status && trains) status = retrain(work);
     if (!status && writes) status = write_outputs(work);
     if (!status) status = summarise(work, &reached);

@@ -17,7 +17,7 @@
 #include "lab/evaluation/leave_one_out.h"
 #include "lab/evaluation/subset_trainings.h"
 #include "lab/scorers.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "value/worth.h"
 
 // A benchmark while it is made.

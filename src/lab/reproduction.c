@@ -8,7 +8,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "experiment/experiment.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 #include "run/scoring.h"
 #include "viewworth/ledger.h"

@@ -8,7 +8,6 @@
 #include <stdint.h>
 
 #include "value/matrix.h"
-#include "value/ranking_agreement.h"
 #include "value/verdict.h"
 #include "value/worth.h"
 #include "viewworth/ledger.h"

@@ -8,7 +8,6 @@
 #include <stdio.h>
 
 #include "base/rows.h"
-#include "value/duplicate_scores.h"
 #include "value/matrix.h"
 #include "value/payout.h"
 #include "value/providers.h"

@@ -9,7 +9,6 @@
 #include "run/scoring.h"
 #include "run/session.h"
 #include "value/stability.h"
-#include "value/step_statistics.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"
 #include "viewworth/value.h"

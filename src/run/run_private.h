@@ -7,7 +7,7 @@
 
 #include "run/checkpoints.h"
 #include "run/ledger_writer.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/run.h"
 #include "run/session.h"
 #include "train/trainer.h"

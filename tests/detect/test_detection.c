@@ -7,7 +7,6 @@
 #include "base/memory.h"
 #include "detect/decide.h"
 #include "detect/effects_text.h"
-#include "detect/evidence.h"
 #include "detect/pilots.h"
 #include "support/detection_cases.h"
 #include "support/exposed_scene.h"

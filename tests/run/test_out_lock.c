@@ -6,7 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "support/temporary_folder.h"
 
 static void assert_locked(const char *out, const char *why) {

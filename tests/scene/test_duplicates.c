@@ -6,7 +6,7 @@
 #include "scene/duplicates.h"
 #include "scene/view_distance.h"
 #include "support/synthetic_scene.h"
-#include "value/duplicate_scores.h"
+#include "value/providers.h"
 
 enum { TRAIN = 32, VAL = 4, SIDE_PX = 64 };
 

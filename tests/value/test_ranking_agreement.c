@@ -1,7 +1,7 @@
 // A run's evidence about its ranking: halves of the epochs, and of the validation photos.
 #include "support/ledger_fixture.h"
 
-#include "value/ranking_agreement.h"
+#include "value/verdict.h"
 
 enum { PHOTOS = 6, VIEWS = 4, IMAGES = PHOTOS + VIEWS, EPOCHS = 9 }; // the first epoch is burn-in
 enum { RECORDS = 1 + PHOTOS * EPOCHS };

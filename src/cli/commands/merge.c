@@ -1,7 +1,7 @@
 #include "batch/merge.h"
 #include "cli/commands/commands.h"
 #include "cli/output/results.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 
 enum vw_status vw_command_merge(const struct vw_options *options) {
     struct vw_batch_rows rows = {0};

@@ -7,7 +7,7 @@
 #include "base/text.h"
 #include "cli/output/print.h"
 #include "ledger/find_image.h"
-#include "value/ranking_agreement.h"
+#include "value/verdict.h"
 
 enum { SHOWN_AT_EACH_END = 3, JSON_AT_EACH_END = 5 };
 

@@ -11,7 +11,7 @@
 #include "base/text.h"
 #include "experiment/experiment.h"
 #include "experiment/measured_views.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 #include "run/plan/estimate.h"
 #include "run/scoring.h"

@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "lab/probes/probe_plan.h"
 #include "run/imported/imported_run.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 

@@ -12,11 +12,10 @@
 #include "report/tables.h"
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
-#include "run/out_lock.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/run_outputs.h"
 #include "run/scoring.h"
-#include "value/step_statistics.h"
+#include "value/stability.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
 

@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "run/lasting/lasting_summary.h"
-#include "run/out_files.h"
+#include "run/out_folder.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/estimate.h"
 #include "train/adjoint/lasting.h"

@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "image/image.h"
 #include "run/next/next_private.h"
-#include "run/out_files.h"
+#include "run/out_folder.h"
 #include "scene/formats/ply.h"
 #include "scene/formats/transforms.h"
 #include "train/trainer.h"

@@ -9,7 +9,6 @@
 #include "base/memory.h"
 #include "run/next/next_private.h"
 #include "run/out_folder.h"
-#include "run/out_lock.h"
 #include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"

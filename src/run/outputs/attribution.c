@@ -3,9 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "report/tables.h"
+#include "run/out_folder.h"
 #include "run/outputs/checksums.h"
 #include "run/scoring.h"
 #include "scene/duplicates.h"
@@ -73,7 +75,7 @@ static enum vw_status record_request(struct vw_ledger *ledger, const char *out, 
     struct vw_payout_request recorded;
     enum vw_status status = vw_ledger_get_payout_request(ledger, &recorded);
     if (status || cents == recorded.cents) return status;
-    status = vw_checksums_remove(out);
+    status = vw_file_remove(out, VW_CHECKSUMS_FILE);
     return status ? status : vw_ledger_set_payout_request(ledger, &(struct vw_payout_request){.cents = cents});
 }
 

@@ -7,7 +7,6 @@
 
 #include "base/rows.h"
 #include "run/scoring.h"
-#include "value/duplicate_scores.h"
 #include "value/payout.h"
 #include "value/providers.h"
 #include "viewworth/run.h"

@@ -13,8 +13,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "base/text_stream.h"
-#include "run/out_files.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 
 static const char heading[] = "# viewworth chain head ";
 
@@ -90,8 +89,6 @@ enum vw_status vw_checksums_write(const char *out, struct vw_ledger *ledger) {
     free(printed);
     return status;
 }
-
-enum vw_status vw_checksums_remove(const char *out) { return vw_file_remove(out, VW_CHECKSUMS_FILE); }
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 #include "base/csv.h"
-#include "run/out_files.h"
+#include "run/out_folder.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
@@ -27,8 +27,6 @@ enum vw_status vw_result_write_table(enum vw_status status, const char *out, con
 
 // Replaces the list by one of the results that are in OUT. Called last, once the run has finished.
 enum vw_status vw_checksums_write(const char *out, struct vw_ledger *ledger);
-// Removes the list before the ledger gets another head.
-enum vw_status vw_checksums_remove(const char *out);
 
 struct vw_checksums_found {
     bool present;    // the list; without it nothing was compared

@@ -11,7 +11,7 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "report/advice.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/results_files.h"
 #include "run/outputs/thumbnails.h"

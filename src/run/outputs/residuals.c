@@ -9,7 +9,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "image/image.h"
-#include "run/out_files.h"
+#include "run/out_folder.h"
 
 enum { WIDEST = 4, PANES = 3 };
 #define FULL_ERROR 0.4f // white

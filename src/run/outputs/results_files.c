@@ -10,7 +10,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "report/advice.h"
-#include "run/out_files.h"
+#include "run/out_folder.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/residuals.h"
 

@@ -7,7 +7,6 @@
 #include "base/memory.h"
 #include "report/advice.h"
 #include "report/tables.h"
-#include "run/out_files.h"
 #include "run/out_folder.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/photo_reasons.h"

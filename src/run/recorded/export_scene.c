@@ -9,7 +9,6 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "run/out_folder.h"
-#include "run/out_lock.h"
 #include "run/recorded/recorded_run.h"
 #include "scene/formats/ply.h"
 #include "scene/formats/transforms.h"

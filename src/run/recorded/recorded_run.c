@@ -13,7 +13,7 @@
 #include "run/devices.h"
 #include "run/imported/imported_run.h"
 #include "run/lasting/lasting_summary.h"
-#include "run/out_files.h"
+#include "run/out_folder.h"
 #include "run/run_row.h"
 #include "run/scoring.h"
 #include "train/trainer.h"

@@ -16,7 +16,7 @@
 #include "base/statistics.h"
 #include "image/image.h"
 #include "image/photo_formats.h"
-#include "run/out_lock.h"
+#include "run/out_folder.h"
 #include "run/recorded/recorded_run.h"
 #include "scene/camera_path.h"
 #include "train/trainer.h"

@@ -8,8 +8,10 @@
 
 #include "base/interrupt.h"
 #include "run/outputs/checksums.h"
+#include "run/recorded/recorded_run.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
+#include "viewworth/value.h"
 
 struct vw_verify_params {
     const char *out;       // the folder of the run
