@@ -48,7 +48,6 @@ struct vw_run_params {
     const char *out;                // needed: the folder of the results; made with the first steps
     bool resume;                    // continue the run in `out`, or extend it by more epochs; start when there is none
     bool train_only;                // neither validation nor scores
-    double until_stable;            // stop at an epoch's end once scores are this stable, below 1; 0: never
     const char *accuracy;           // the level: "draft", "quick", "standard" or "reference"; NULL: config as it is
     double budget_s;                // choose the level and epochs so that all ends within this time; 0: no budget
     uint64_t explicit_fields;       // that accuracy and budget_s leave as they are: bits of vw_config_explicit()

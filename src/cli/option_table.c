@@ -265,10 +265,6 @@ const struct vw_option vw_option_table[] = {
      "samples, importance-samples, levels, log2-table and width; explicit options override it",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_COMPARE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
      .words = "draft quick standard reference"},
-    {"until-stable", "R",
-     "Stop at the end of an epoch once the scores rank the photos as they did after half the epochs, with at least "
-     "this Spearman correlation, below 1; 0: never",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(REAL, until_stable)},
     {"profile", NULL, "Also measure the time of every GPU pass, trial runs included", VW_OPTIONS_ONE_RUN,
      VW_SECTION_TIME, OPTION(FLAG, profile)},
 

@@ -52,7 +52,6 @@ struct vw_options {
     struct vw_lasting_options lasting;
     struct vw_report_options report;
     const char *payout;
-    double until_stable;     // 0: take all epochs
     uint32_t retrainings;    // in all
     double until_confidence; // 0: make all of them
     const char *accuracy, *budget;

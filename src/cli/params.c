@@ -59,7 +59,6 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .device = options->device,
         .out = options->out,
         .resume = options->resume,
-        .until_stable = options->until_stable,
         .accuracy = options->accuracy,
         .explicit_fields = list_explicit_fields(options),
         .payout = options->payout,

@@ -459,7 +459,7 @@ void vw_session_close_recorded(struct vw_session *session) {
 
 struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps) {
     struct vw_config config = recorded->config;
-    // A budget or --until-stable may have ended the run before all of its epochs.
+    // A budget may have ended the run before all of its epochs.
     uint32_t last = steps->record_count ? steps->records[steps->record_count - 1].epoch : 0;
     if (last < config.epochs) config.epochs = last + 1;
     config.vary = VW_VARY_ALL; // seeds of a run of `reproduce --vary` change less

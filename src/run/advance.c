@@ -7,9 +7,9 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "run/out_folder.h"
+#include "run/plan/plan.h"
 #include "run/run_private.h"
 #include "run/run_row.h"
-#include "run/stop_rules.h"
 #include "viewworth/log.h"
 
 enum vw_status vw_run_create_trainer(struct vw_run *run) {
@@ -23,6 +23,67 @@ enum vw_status vw_run_create_trainer(struct vw_run *run) {
                                              .validate = run->validate,
                                              .submissions = run->session->devices[run->device].submissions};
     return vw_trainer_create(&params, &run->trainer);
+}
+
+// ---- A budget ------------------------------------------------------------------------------------------------------
+
+// It ends a run at the end of an epoch, which changes no bit of its steps. It looks at ends of epochs that come closer
+// as the time runs out. The config, and the ledger's, has the epochs up to the next look.
+
+static uint64_t photos_of(const struct vw_run *run) { return vw_trainer_epoch_end(run->trainer, 1); }
+
+static enum vw_status stop_next_at(struct vw_run *run, uint64_t step) {
+    run->segment.first_step = run->results.statistics.steps;
+    run->segment.started_s = vw_now_s();
+    run->stop_step = step;
+    run->config.epochs = (uint32_t)(step / photos_of(run));
+    char *config_json = vw_config_to_json(&run->config, false);
+    if (!config_json) return VW_ERROR_MEMORY;
+    enum vw_status status = run->ledger ? vw_ledger_extend(run->ledger, config_json) : VW_OK;
+    free(config_json);
+    return status;
+}
+
+// Sets run->stop_step to the end of the epoch that is recorded last, or of the first; without a budget to the last.
+static enum vw_status begin_budget(struct vw_run *run) {
+    run->stop_step = vw_trainer_total_steps(run->trainer);
+    if (!vw_plan_keeps_time(&run->results.plan)) return VW_OK;
+    vw_plan_estimate_finish(run->scene, run->report.no_thumbnails, &run->results.plan); // a resumed one has none
+    return stop_next_at(run, vw_trainer_epoch_end(run->trainer, run->results.statistics.steps));
+}
+
+// Returns the seconds of an epoch at the pace of the last segment, unless it was shorter than an epoch: the first steps
+// are slow.
+static double epoch_seconds(const struct vw_run *run) {
+    uint64_t steps = run->results.statistics.steps - run->segment.first_step, photos = photos_of(run);
+    if (steps < photos) return (double)photos * run->results.plan.step_s;
+    return (vw_now_s() - run->segment.started_s) * (double)photos / (double)steps;
+}
+
+// Returns the epochs to take before the next look; 0: the run ends.
+static uint32_t next_segment(struct vw_run *run) {
+    struct vw_plan *plan = &run->results.plan;
+    uint64_t photos = photos_of(run), taken = run->results.statistics.steps / photos;
+    uint32_t most = (uint32_t)(vw_trainer_total_steps(run->trainer) / photos - taken),
+             least = run->config.burn_in_epochs + 1;
+    double epoch_s = epoch_seconds(run) + plan->finish_step_s * (double)photos,
+           left_s = vw_plan_left_s(plan, run->results.statistics.steps);
+    plan->epochs_planned = (uint32_t)taken + vw_budget_epochs_that_fit(left_s, epoch_s, most);
+    uint32_t segment = vw_budget_segment(left_s, epoch_s, most);
+    return segment == 0 && taken < least && most > 0 ? 1 : segment; // without which there are no scores at all
+}
+
+// Tells at run->stop_step whether the run continues, and sets the next one.
+static enum vw_status spend_budget(struct vw_run *run, bool *continues) {
+    uint32_t epochs = vw_plan_keeps_time(&run->results.plan) ? next_segment(run) : 0;
+    *continues = epochs > 0;
+    return *continues ? stop_next_at(run, run->results.statistics.steps + epochs * photos_of(run)) : VW_OK;
+}
+
+uint64_t vw_run_expected_steps(const struct vw_run *run) {
+    if (!vw_plan_keeps_time(&run->results.plan)) return vw_trainer_total_steps(run->trainer);
+    uint64_t planned = run->results.plan.epochs_planned * photos_of(run), decided = run->config.epochs * photos_of(run);
+    return planned > decided ? planned : decided;
 }
 
 // ---- The first rows ------------------------------------------------------------------------------------------------
@@ -106,11 +167,6 @@ static enum vw_status drain(struct vw_run *run, enum vw_status status) {
     return status ? status : written;
 }
 
-enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record) {
-    vw_step_statistics_add(&run->results.statistics, record);
-    return run->results.until_stable > 0 ? vw_stability_watch_add(&run->watch, record) : VW_OK;
-}
-
 // Compares the steps that the ledger has and hands the others to the writer, up to the one with which too many are not
 // finite. What is compared comes before anything is handed over.
 static enum vw_status record(struct vw_run *run, const struct vw_step_record *records, uint32_t count) {
@@ -122,7 +178,7 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
     while (known < count && records[known].step < next_step) known++;
     if (known) status = vw_ledger_compare(run->ledger, records, known, validation_views);
     while (!status && known + added < count && !vw_step_statistics_should_abort(&run->results.statistics))
-        status = vw_run_count_step(run, &records[known + added++]);
+        vw_step_statistics_add(&run->results.statistics, &records[known + added++]);
     if (!status && added && !run->cleared) { // the files there show fewer steps than the ledger has
         status = vw_run_remove_outdated(run->out, run->payout_cents > 0);
         run->cleared = !status;
@@ -144,7 +200,7 @@ static void report_progress(struct vw_run *run, uint64_t step) {
     if (step > on_disk.steps) step = on_disk.steps;
     run->shown_step = step;
     if (!run->progress) return;
-    uint64_t total = run->over ? run->results.statistics.steps : vw_stop_rules_expected_steps(run);
+    uint64_t total = run->over ? run->results.statistics.steps : vw_run_expected_steps(run);
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1); // steps of an epoch
     const struct vw_run_state state = {
         .step = step,
@@ -193,7 +249,7 @@ static enum vw_status stop(struct vw_run *run) {
                    run->results.ledger_path, run->results.statistics.steps);
 }
 
-// Lets the trainer go to where the stop rules look next, or to `last_step`.
+// Lets the trainer go to where a budget looks next, or to `last_step`.
 static void release(struct vw_run *run, uint64_t last_step) {
     vw_trainer_stop_after(run->trainer, run->stop_step < last_step ? run->stop_step : last_step);
 }
@@ -214,11 +270,11 @@ static void end_steps(struct vw_run *run) {
     keep_timers(run);
 }
 
-// Asks the stop rules while nothing is in flight and the trainer is where it was released to.
-static enum vw_status check_rules(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
+// Asks the budget while nothing is in flight and the trainer is where it was released to.
+static enum vw_status check_budget(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
     bool continues = false;
     *piece_ends = run->results.statistics.steps < run->stop_step;
-    enum vw_status status = *piece_ends ? VW_OK : vw_stop_rules_pass(run, &continues);
+    enum vw_status status = *piece_ends ? VW_OK : spend_budget(run, &continues);
     if (status || *piece_ends) return status;
     if (continues) release(run, last_step);
     else end_steps(run);
@@ -250,7 +306,7 @@ static enum vw_status take_submission(struct vw_run *run, uint64_t last_step, bo
     if (count > 0) return take_records(run, records, count);
     bool piece_ends = false;
     status = settle_ledger(run);
-    if (!status && !run->stopping) status = check_rules(run, last_step, &piece_ends);
+    if (!status && !run->stopping) status = check_budget(run, last_step, &piece_ends);
     *ended = run->over || piece_ends;
     return status;
 }
@@ -258,7 +314,7 @@ static enum vw_status take_submission(struct vw_run *run, uint64_t last_step, bo
 static enum vw_status begin(struct vw_run *run) {
     if (run->begun) return VW_OK;
     enum vw_status status = check_nonfinite(run);
-    if (!status) status = vw_stop_rules_begin(run);
+    if (!status) status = begin_budget(run);
     if (status) return status;
     run->begun = true;
     vw_checkpoints_begin(&run->checkpoints);

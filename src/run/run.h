@@ -8,7 +8,7 @@
 #include "run/plan/plan.h"
 #include "run/scoring.h"
 #include "run/session.h"
-#include "value/stability.h"
+#include "value/step_statistics.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"
 #include "viewworth/value.h"
@@ -40,8 +40,6 @@ struct vw_run_results {
     uint32_t effect_count;
     struct vw_step_statistics statistics;            // counts steps in the ledger and at the writer
     struct vw_plan plan;                             // without a record: neither an accuracy level nor a budget chose
-    double until_stable;                             // 0: stability is not measured
-    struct vw_stability stability;                   // at the last look; all 0 without until_stable
     struct vw_gpu_timer passes[VW_TIMED_PASSES_MAX]; // times of passes; none unless params.profile
     uint32_t pass_count;
     // Only in a validated run, but for outputs.has_splats:

@@ -18,7 +18,6 @@
 #include "run/run_private.h"
 #include "run/run_row.h"
 #include "run/scoring.h"
-#include "run/stop_rules.h"
 #include "train/adjoint/lasting.h"
 #include "train/renderers/splats/splat_file.h"
 #include "viewworth/log.h"
@@ -32,16 +31,13 @@ static enum vw_status check_params(const struct vw_run_params *params) {
     if (!params->out || !*params->out)
         return vw_fail(VW_ERROR_USAGE, "vw_run_params.out is missing: name the folder for the results");
     enum vw_status status = params->config ? vw_config_check(params->config) : VW_OK;
-    if (!status) status = vw_stop_rules_check(params->until_stable);
     uint32_t level;
     if (!status && params->accuracy) status = vw_accuracy_find(params->accuracy, &level);
     if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
     if (!status && params->train_only &&
-        (params->until_stable > 0 || params->accuracy || params->budget_s > 0 || params->payout ||
-         params->lasting.wanted))
-        status =
-            vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, accuracy, budget_s, payout and "
-                                    "lasting, which need validation: leave them out");
+        (params->accuracy || params->budget_s > 0 || params->payout || params->lasting.wanted))
+        status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes accuracy, budget_s, payout and "
+                                         "lasting, which need validation: leave them out");
     if (!status && params->lasting.wanted) status = vw_lasting_check_config(params->config);
     return status;
 }
@@ -54,7 +50,6 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->validate = !params->train_only;
     run->report = params->report;
     run->lasting = params->lasting;
-    run->results.until_stable = params->until_stable;
     run->progress = params->progress;
     run->context = params->context;
     run->results.statistics = vw_step_statistics_begin();
@@ -128,7 +123,7 @@ static enum vw_status read_steps(struct vw_run *run) {
     struct vw_step_record *records = NULL;
     uint64_t count = 0;
     enum vw_status status = vw_ledger_get_steps(run->ledger, &records, &count);
-    for (uint64_t i = 0; !status && i < count; i++) status = vw_run_count_step(run, &records[i]);
+    for (uint64_t i = 0; !status && i < count; i++) vw_step_statistics_add(&run->results.statistics, &records[i]);
     free(records);
     return status;
 }
@@ -149,10 +144,8 @@ static enum vw_status load_checkpoint(struct vw_run *run) {
 // Compares the steps that are recorded with those that are asked for.
 static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_run *recorded) {
     uint64_t end = vw_ledger_next_step(run->ledger), wanted = vw_trainer_total_steps(run->trainer) + 1;
-    bool finished = strcmp(recorded->status, "finished") == 0, stable = false;
-    enum vw_status status = finished ? vw_stop_rules_measure_stability(run, &stable) : VW_OK;
-    if (status) return status;
-    run->complete = finished && (end >= wanted || stable || vw_plan_keeps_time(&run->results.plan));
+    bool finished = strcmp(recorded->status, "finished") == 0;
+    run->complete = finished && (end >= wanted || vw_plan_keeps_time(&run->results.plan));
     if (run->complete)
         vw_log_info("resume   %s is finished after step %" PRIu64 ": no step is left to take", run->out, end - 1);
     else if (end > wanted)
@@ -186,16 +179,7 @@ static void log_field(const struct vw_run *run) {
     vw_trainer_get_stats(run->trainer, &stats);
     vw_log_info("field    %" PRIu64 " params, %.1f MiB on the device; %s%" PRIu64 " steps", stats.param_count,
                 (double)stats.device_bytes / 0x1p20, vw_plan_keeps_time(&run->results.plan) ? "about " : "",
-                vw_stop_rules_expected_steps(run));
-}
-
-static enum vw_status start_watch(struct vw_run *run) {
-    uint32_t *photos = NULL, count = 0;
-    if (!(run->results.until_stable > 0)) return VW_OK;
-    enum vw_status status = vw_scene_list_views(run->scene, VW_SPLIT_TRAIN, &photos, &count);
-    if (!status) status = vw_stability_watch_begin(photos, count, run->config.burn_in_epochs, &run->watch);
-    free(photos);
-    return status;
+                vw_run_expected_steps(run));
 }
 
 static enum vw_status open_on_session(struct vw_run *run, const struct vw_session_params *params) {
@@ -215,7 +199,6 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     run->results.effect_count = run->effect_count;
     status = vw_run_create_trainer(run);
     if (!status && run->lasting.wanted) status = vw_lasting_check_trainer(run->trainer);
-    if (!status) status = start_watch(run);
     if (status) return status;
     log_field(run);
     return run->ledger ? resume(run) : VW_OK;
@@ -297,7 +280,6 @@ void vw_run_close(struct vw_run **run) {
     vw_checkpoints_close(&closed->checkpoints);
     vw_trainer_destroy(&closed->trainer);
     vw_session_close(&closed->own);
-    vw_stability_watch_end(&closed->watch);
     vw_plan_free(&closed->results.plan);
     vw_out_lock_release(&closed->lock);
     free(closed->results.ledger_path);

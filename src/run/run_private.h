@@ -11,7 +11,6 @@
 #include "run/run.h"
 #include "run/session.h"
 #include "train/trainer.h"
-#include "value/stability.h"
 
 struct vw_run {
     // The request.
@@ -51,12 +50,11 @@ struct vw_run {
     uint64_t trainer_step;  // the last step handed out by the trainer, or started_after
     uint64_t shown_step;    // the last one that progress has shown
     uint64_t last_step;     // the step up to which it advances now
-    uint64_t stop_step;     // where the stop rules look next
+    uint64_t stop_step;     // where a budget looks next; without one the last step
     struct {
-        uint64_t first_step;         // taken before the segment
-        double started_s;            // vw_now_s() before it
-    } segment;                       // steps between two looks of the stop rules
-    struct vw_stability_watch watch; // watches the same steps; only with until_stable
+        uint64_t first_step; // taken before the segment
+        double started_s;    // vw_now_s() before it
+    } segment;               // steps between two looks of a budget
 
     // The results.
     struct vw_run_results results;
@@ -75,8 +73,8 @@ enum vw_status vw_run_catch_up(struct vw_run *run);
 void vw_run_save_checkpoint(struct vw_run *run);
 // Says what may help a run whose steps are not finite.
 const char *vw_run_remedy(const struct vw_run *run);
-// Counts a step that is in the ledger.
-enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record);
+// Returns the number of steps that the run is expected to have at its end.
+uint64_t vw_run_expected_steps(const struct vw_run *run);
 // Saves a checkpoint of a run that was not finished and marks it "interrupted"; call before closing.
 void vw_run_leave(struct vw_run *run);
 // Marks a run that stops early "interrupted" or "failed", with the scores so far. The recorded message stays. A ledger

@@ -120,7 +120,6 @@ devices=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" -
 # The other commands stop and resume as these do.
 if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then
     signal=TERM resumes train train "$scene" --resume --epochs 80 "${small[@]}"
-    resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
     by=$lab resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
     by=$lab together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
     together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters epochs "${tiny_field[@]}"

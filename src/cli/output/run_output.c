@@ -35,25 +35,6 @@ static void add_plan(const struct vw_plan *plan, const struct vw_config *config,
     vw_json_set(root, json_object_get(plan->record, "budget_s") ? "budget" : "accuracy", object);
 }
 
-static void print_stability(const struct vw_stability *stability, double wanted, const struct vw_config *config) {
-    bool stable = vw_stability_reaches(stability, wanted);
-    if (stability->epochs < VW_STABILITY_EPOCHS_MIN) {
-        vw_print("not stable: only %u epochs count, and stability needs at least %d; increase --epochs\n",
-                 stability->epochs, VW_STABILITY_EPOCHS_MIN);
-        return;
-    }
-    vw_print("%s after epoch %u: at the last %d ends of an epoch, scores correlate %.2f or better with those of half "
-             "the epochs (Spearman; wanted %g)%s\n",
-             stable ? "stable  " : "not stable", config->burn_in_epochs + stability->epochs, VW_STABILITY_ENDS,
-             stability->correlation, wanted, stable ? "" : "; increase --epochs");
-}
-
-static json_t *stability_to_json(const struct vw_stability *stability, double wanted) {
-    return json_pack("{s:b, s:i, s:i, s:o, s:f}", "stable", vw_stability_reaches(stability, wanted), "epochs",
-                     (int)stability->epochs, "earlier_epochs", (int)stability->earlier_epochs, "correlation",
-                     vw_json_real(stability->correlation), "wanted", wanted);
-}
-
 static double time_of_passes(const struct vw_run_results *results) {
     double ms = 0;
     for (uint32_t i = 0; i < results->pass_count; i++) ms += results->passes[i].total_ms;
@@ -162,7 +143,6 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     print_agreement(agreement);
     print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
-    if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
     if (results->plan.record) print_plan(&results->plan, results->config);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps%s\n",
              results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps,
@@ -189,8 +169,6 @@ static void add_values(const struct vw_run_results *results, const struct vw_ran
     if (results->outputs.report_path) vw_json_set(root, "report", vw_json_string(results->outputs.report_path));
     vw_json_set(root, "val_psnr_start_db", vw_json_real(statistics->first_val_psnr_db));
     vw_json_set(root, "val_psnr_end_db", vw_json_real(statistics->last_val_psnr_db));
-    if (results->until_stable > 0)
-        vw_json_set(root, "stability", stability_to_json(&results->stability, results->until_stable));
     vw_json_set(root, "most_valuable", vw_ranking_to_json(ranking, VW_RANKING_HIGHEST));
     vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
     vw_json_set(root, "advice", advice_to_json(&results->outputs.results));

@@ -15,7 +15,7 @@
 #include "run/outputs/checksums.h"
 #include "run/outputs/run_outputs.h"
 #include "run/scoring.h"
-#include "value/stability.h"
+#include "value/step_statistics.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
 
