@@ -174,7 +174,7 @@ static struct step_bench *open_case(size_t index) {
 // much.
 static void check_encodings(const struct mlp_step *step) {
     struct step_bench *bench = step->bench;
-    float *rows = step_bench_read(bench, bench->field.rows);
+    float *rows = test_read(bench->field.rows);
     uint32_t frequencies = bench->config.frequencies, count = 3 + 6 * frequencies, position4 = VW_ENCODED4(frequencies);
     for (uint32_t i = 0; i < sample_count(step); i++) {
         for (uint32_t k = 0; k < 4 * position4; k++) {
@@ -200,7 +200,7 @@ static double tolerance_of(const struct step_bench *bench) { return bench->confi
 // Puts the device's ReLU decisions in the place of the reference's, which differ where a sum is next to 0.
 static void adopt_gates(struct mlp_step *step) {
     const struct step_bench *bench = step->bench;
-    float *rows = step_bench_read(step->bench, bench->field.rows);
+    float *rows = test_read(bench->field.rows);
     for (uint32_t i = 0; i < sample_count(step); i++) {
         uint32_t row = VW_ENCODED4(bench->config.frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
         for (uint32_t l = 0; l < step->mlp.count; l++) {
@@ -225,8 +225,8 @@ static double loss_of(void *step) {
 static void check_gradients(struct mlp_step *step) {
     struct step_bench *bench = step->bench;
     const struct slope_check check = {bench->where, loss_of, step, 1e-6, 0.01, 0.0};
-    float *d_weights = (float *)step_bench_read(bench, bench->step.d_weights) + step->first;
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    float *d_weights = (float *)test_read(bench->step.d_weights) + step->first;
+    vw_float4 *scalars = test_read(bench->scalars);
     double tolerance = tolerance_of(bench);
     assert_true(scalars->z == 0.0f);
     check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, step->loss, 0.2 * tolerance * step->loss);
@@ -248,8 +248,8 @@ static void check_rendering(struct step_bench *bench) {
     vw_float4 *colours = test_allocate(bench->config.rays, sizeof *colours);
     assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
     struct mlp_step *step = open_step(bench, false);
-    struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-    step->rays->sample_places = step_bench_sample_places(bench, vw_volume_evaluation_of(evaluator)->places);
+    struct vw_ray *rays = test_read(evaluator->rays);
+    step->rays->sample_places = step_bench_sample_places(vw_volume_evaluation_of(evaluator)->places);
     for (uint32_t i = 0; i < bench->config.rays; i++) step->rays->rays[i] = reference_ray_of(&rays[i]);
     forward(step, false);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++)

@@ -18,7 +18,7 @@ static const uint64_t STEP = 259;
 // Checks what fit_photo will find of every ray.
 static void check_rendered(struct step_bench *bench, const struct reference_step *reference) {
     if (!bench->step.effect_buffers[VW_SLOT_RENDERED]) return;
-    vw_float4 *rendered = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_RENDERED]);
+    vw_float4 *rendered = test_read(bench->step.effect_buffers[VW_SLOT_RENDERED]);
     for (uint32_t ray = 0; ray < reference->ray_count; ray++) {
         for (int c = 0; c < 3; c++)
             check_value(bench->where, "rendered in the step", ray, (&rendered[ray].x)[c], reference->colours[ray][c],

@@ -30,15 +30,15 @@ static const struct own_update {
                    {"code of visibility", VW_SLOT_VISIBILITY_CODES, VW_SLOT_VISIBILITY_MOMENTS, true, 0.0}};
 
 struct hard_state hard_state_read(struct step_bench *bench) {
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+    vw_float4 *scalars = test_read(bench->scalars);
+    struct vw_step_state *flags = test_read(bench->field.step_state);
     struct hard_state state = {.grid = grid_read(bench),
-                               .weight_moments = step_bench_read(bench, bench->step.weight_moments),
+                               .weight_moments = test_read(bench->step.weight_moments),
                                .scalars = scalars[0],
                                .skipped = flags->skipped != 0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(own_updates); i++) {
         struct vw_buffer *moments = bench->step.effect_buffers[own_updates[i].moments];
-        if (moments) state.effect_moments[own_updates[i].moments] = step_bench_read(bench, moments);
+        if (moments) state.effect_moments[own_updates[i].moments] = test_read(moments);
     }
     return state;
 }
@@ -58,8 +58,8 @@ void hard_set_density(struct step_bench *bench, float weight) {
 
 static void compare_losses(struct hard_finding *finding, struct step_bench *bench,
                            const struct reference_step *reference) {
-    float *losses = step_bench_read(bench, bench->step.ray_loss);
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    float *losses = test_read(bench->step.ray_loss);
+    vw_float4 *scalars = test_read(bench->scalars);
     for (uint32_t ray = 0; ray < reference->ray_count; ray++)
         hard_compare(finding, "loss of a ray", ray, losses[ray], reference->losses[ray], 1.0, COLOUR_TOLERANCE);
     hard_compare(finding, "loss", 0, (double)scalars->x + scalars->y, reference->loss,
@@ -125,19 +125,18 @@ static struct reference_step *run_reference(struct hard_finding *finding, struct
 
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number) {
     step_bench_gradients(bench, number);
-    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
-    struct hard_gradients gradients = {step_bench_read(bench, bench->step.d_weights),
+    uint64_t *words = test_read(bench->volume->d_grid);
+    struct hard_gradients gradients = {test_read(bench->step.d_weights),
                                        test_allocate(2 * (size_t)bench->layout->pair_count, sizeof *gradients.quanta)};
     reference_unpack_grid(&bench->model, words, gradients.quanta);
     memset(words, 0, vw_buffer_size_bytes(bench->volume->d_grid));
-    step_bench_write(bench, bench->volume->d_grid, words);
+    test_write(bench->volume->d_grid, words);
     return gradients;
 }
 
 struct reference_step *hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
                                             const struct hard_gradients *gradients) {
-    struct reference_params *params =
-        reference_params_create(&bench->model, step_bench_read(bench, bench->field.params));
+    struct reference_params *params = reference_params_create(&bench->model, test_read(bench->field.params));
     struct reference_step *reference = run_reference(finding, bench, number, params);
     compare_losses(finding, bench, reference);
     compare_ranges(finding, bench, reference, params, gradients->weights);
@@ -290,8 +289,7 @@ void hard_check_update(struct hard_finding *finding, const struct step_bench *be
 
 struct reference_step *hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     struct hard_gradients gradients = hard_take_gradients(bench, number);
-    struct reference_params *params =
-        reference_params_create(&bench->model, step_bench_read(bench, bench->field.params));
+    struct reference_params *params = reference_params_create(&bench->model, test_read(bench->field.params));
     struct reference_step *reference = hard_check_gradients(finding, bench, number, &gradients);
     struct step_range ranges[STEP_RANGES_MAX];
     uint32_t count = step_bench_ranges(bench, reference, params, gradients.weights, ranges);
@@ -323,12 +321,12 @@ void hard_check_infinite_loss(struct hard_finding *finding, struct step_bench *b
 
 void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench) {
     struct vw_evaluator *evaluator = step_bench_evaluate(bench);
-    struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-    vw_float4 *colours = step_bench_read(bench, evaluator->colours);
-    float *params = step_bench_read(bench, bench->field.params);
+    struct vw_ray *rays = test_read(evaluator->rays);
+    vw_float4 *colours = test_read(evaluator->colours);
+    float *params = test_read(bench->field.params);
     struct reference_params *reference_params = reference_params_create(&bench->model, params);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
-    reference->sample_places = step_bench_sample_places(bench, vw_volume_evaluation_of(evaluator)->places);
+    reference->sample_places = step_bench_sample_places(vw_volume_evaluation_of(evaluator)->places);
     reference_step_forward(reference, reference_params, false, 0);
     double tolerance = bench->config.levels > 8 ? FINE_COLOUR_TOLERANCE : COLOUR_TOLERANCE;
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {

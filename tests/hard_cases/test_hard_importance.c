@@ -80,13 +80,13 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
         field[i].w = (float)(medium(i / s.strata, i % s.strata) / length);
         taus[i] = field[i].w * length;
     }
-    step_bench_write(bench, training ? bench->step.ray_buffer : evaluator->rays, rays);
-    step_bench_write(bench, training ? bench->volume->samples : vw_volume_evaluation_of(evaluator)->samples, field);
+    test_write(training ? bench->step.ray_buffer : evaluator->rays, rays);
+    test_write(training ? bench->volume->samples : vw_volume_evaluation_of(evaluator)->samples, field);
     step_bench_dispatch(bench,
                         training ? bench->volume->gradient.importance.place
                                  : vw_volume_evaluation_of(evaluator)->importance.place,
                         &push, sizeof push, step_bench_lanes(bench, push.ray_count));
-    float *device = step_bench_read(bench, places);
+    float *device = test_read(places);
     for (uint32_t ray = 0; ray < push.ray_count; ray++)
         check_ray(finding, &s, ray, &taus[ray * s.strata], push.key, &device[ray * s.samples]);
 }
@@ -109,7 +109,7 @@ static void no_matter(struct hard_finding *finding) {
     place(finding, nothing);
     struct step_bench *bench = step_bench_open(&setup);
     check_placing(finding, bench, nothing, false);
-    float *device = step_bench_read(bench, vw_volume_evaluation_of(step_bench_evaluator(bench))->places);
+    float *device = test_read(vw_volume_evaluation_of(step_bench_evaluator(bench))->places);
     for (uint32_t i = 0; i < 20; i++) // the quantiles of the whole ray
         hard_compare(finding, "even place", i, device[i], (i + 0.5) / 20.0 * 7.0, 7.0, PLACE_TOLERANCE);
 }
@@ -161,8 +161,8 @@ static void make_coarse_network(struct step_bench *bench, float bias) {
 static void check_places(struct hard_finding *finding, struct step_bench *bench, double density) {
     const struct vw_specialization *s = &bench->model.specialization;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
-    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-    float *places = step_bench_read(bench, bench->volume->places);
+    struct vw_ray *rays = test_read(bench->step.ray_buffer);
+    float *places = test_read(bench->volume->places);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         const struct reference_ray line = reference_ray_of(&rays[ray]);
         double taus[7];
@@ -177,8 +177,8 @@ static void coarse_network_of(struct hard_finding *finding, float bias, bool lea
     make_coarse_network(bench, bias);
     step_bench_step(bench, STEP);
     check_places(finding, bench, exp(bias));
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-    char *after = step_bench_read(bench, bench->field.params), *before = (char *)bench->params;
+    vw_float4 *scalars = test_read(bench->scalars);
+    char *after = test_read(bench->field.params), *before = (char *)bench->params;
     hard_require(finding, scalars->z == 0.0f && scalars->x > 0.0f, "the step is sound");
     for (size_t i = 0; i < bench->model.param_bytes / sizeof(float); i++)
         hard_require(finding, isfinite(((const float *)after)[i]), "params are finite");

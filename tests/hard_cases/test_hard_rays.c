@@ -62,9 +62,9 @@ static void rays_that_miss(struct hard_finding *finding) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cameras); i++) {
         look(bench, cameras[i].position, cameras[i].target, 60.0);
         hard_require(finding, rays_check(bench, 1.0) == 0, "every ray misses");
-        float *before = step_bench_read(bench, bench->field.params);
+        float *before = test_read(bench->field.params);
         check_whole_step(finding, bench);
-        float *after = step_bench_read(bench, bench->field.params);
+        float *after = test_read(bench->field.params);
         hard_same_bits(finding, "params that no ray met", after, before, bench->model.param_bytes);
     }
 }
@@ -289,7 +289,7 @@ static void distortion_without_inverse_in_the_corners(struct hard_finding *findi
 // z, 0 of one ray after the other.
 static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     struct vw_push_samples push = step_bench_push(bench, STEP);
-    step_bench_write(bench, bench->step.ray_buffer, rays);
+    test_write(bench->step.ray_buffer, rays);
     step_bench_dispatch(bench, bench->volume->gradient.field.passes[HASH_FORWARD], &push, sizeof push,
                         bench->padded_samples);
     float *rows = step_bench_read_rows(bench), *positions = test_allocate(RAYS, 4 * sizeof *positions);
@@ -380,11 +380,11 @@ static void strata_of_any_lengths(struct hard_finding *finding) {
         rays[i] = (struct vw_ray){.origin_near.w = ends[0], .direction_stride = {1.0f, 0.0f, 0.0f, ends[1]}};
         for (uint32_t k = 0; k < 16; k++) field[16 * i + k] = (vw_float4){1.0f, 0.5f, 0.0f, density};
     }
-    step_bench_write(bench, evaluator->rays, rays);
-    step_bench_write(bench, vw_volume_evaluation_of(evaluator)->samples, field);
+    test_write(evaluator->rays, rays);
+    test_write(vw_volume_evaluation_of(evaluator)->samples, field);
     step_bench_dispatch(bench, vw_volume_evaluation_of(evaluator)->composite, &push, sizeof push,
                         step_bench_lanes(bench, push.ray_count));
-    vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+    vw_float4 *colours = test_read(evaluator->colours);
     for (uint32_t i = 0; i < RAYS; i++) {
         double left = exp(-thickness[i]);
         hard_compare(finding, "light that is left", i, colours[i].w, left, 1.0,

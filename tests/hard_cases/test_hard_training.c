@@ -24,7 +24,7 @@ static void open_scene(void) {
 // ---- Media ----------------------------------------------------------------------------------------------------------
 
 static void check_densities(struct hard_finding *finding, struct step_bench *bench, double expected, double tolerance) {
-    vw_float4 *samples = step_bench_read(bench, bench->volume->samples);
+    vw_float4 *samples = test_read(bench->volume->samples);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         hard_compare(finding, "density", i, samples[i].w, expected, 1.0, tolerance);
 }
@@ -52,7 +52,7 @@ static void no_density_anywhere(struct hard_finding *finding) {
         hard_check_step(finding, bench, 3);
         check_densities(finding, bench, 0.0, 0.0);
         hard_check_rendering(finding, bench);
-        float *params = step_bench_read(bench, bench->field.params);
+        float *params = test_read(bench->field.params);
         hard_same_bits(finding, "params that no light met", params, bench->params, bench->model.param_bytes);
     }
 }
@@ -166,7 +166,7 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
     float *rows = clamped_rows(bench, sign);
     struct vw_step_state flags;
     scatter_run(bench, rows, &flags);
-    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    uint64_t *words = test_read(bench->volume->d_grid);
     int64_t *quanta = test_allocate(2 * (size_t)bench->layout->pair_count, sizeof *quanta);
     reference_unpack_grid(&bench->model, words, quanta);
     double samples = bench->padded_samples, sum = sign * samples * s->gradient_clamp / s->gradient_quantum;
@@ -296,7 +296,7 @@ static const uint64_t numbers[] = {INT32_MAX,         UINT64_C(1) << 31,       U
 static void set_visits(struct step_bench *bench, uint32_t visits) {
     uint32_t *all = test_allocate(bench->layout->pair_count, sizeof *all);
     for (uint32_t i = 0; i < bench->layout->pair_count; i++) all[i] = visits;
-    step_bench_write(bench, bench->volume->grid_visits, all);
+    test_write(bench->volume->grid_visits, all);
 }
 
 static void steps_past_2_31(struct hard_finding *finding) {

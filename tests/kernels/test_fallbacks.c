@@ -31,7 +31,7 @@ static struct outcome run(struct step_bench *bench) {
     struct outcome outcome;
     for (uint64_t number = 1; number <= STEPS; number++) step_bench_step(bench, number);
     for (int i = 0; i < 5; i++) {
-        outcome.buffers[i] = step_bench_read(bench, buffers[i]);
+        outcome.buffers[i] = test_read(buffers[i]);
         outcome.sizes_bytes[i] = vw_buffer_size_bytes(buffers[i]);
     }
     return outcome;
@@ -146,7 +146,7 @@ static vw_float4 *render(struct step_bench *bench, struct vw_evaluator *evaluato
     vw_evaluator_record(evaluator, bench->submission);
     assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
     assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
-    return step_bench_read(bench, evaluator->colours);
+    return test_read(evaluator->colours);
 }
 
 // More samples than are held at a time: a ray's colour depends neither on its chunk nor on its place there.

@@ -41,7 +41,7 @@ static uint64_t param_index(const struct step_bench *bench, const struct poison 
 // Takes one good step, so that the moments are not 0, and poisons the params it left.
 static void poison_params(struct step_bench *bench, const struct poison *poison) {
     step_bench_step(bench, 1);
-    float *params = step_bench_read(bench, bench->field.params);
+    float *params = test_read(bench->field.params);
     params[param_index(bench, poison)] = poison->value;
     memcpy(bench->params, params, bench->model.param_bytes);
     step_bench_write_params(bench);
@@ -78,20 +78,20 @@ TEST_CASES(a_poisoned_step_is_flagged_and_changes_nothing, i, VW_ARRAY_COUNT(poi
                                 bench->volume->grid_visits, bench->step.weight_moments};
     static const char *const names[] = {"params", "moment1", "moment2", "visits", "weight moments"};
     void *before[VW_ARRAY_COUNT(kept)];
-    for (size_t k = 0; k < VW_ARRAY_COUNT(kept); k++) before[k] = step_bench_read(bench, kept[k]);
+    for (size_t k = 0; k < VW_ARRAY_COUNT(kept); k++) before[k] = test_read(kept[k]);
     step_bench_step(bench, 2);
     for (size_t k = 0; k < VW_ARRAY_COUNT(kept); k++) {
-        void *after = step_bench_read(bench, kept[k]);
+        void *after = test_read(kept[k]);
         check_same_bits(bench->where, names[k], after, before[k], vw_buffer_size_bytes(kept[k]));
     }
-    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
-    uint32_t *scalars = step_bench_read(bench, bench->scalars);
+    struct vw_step_state *flags = test_read(bench->field.step_state);
+    uint32_t *scalars = test_read(bench->scalars);
     if (!flags->skipped || !scalars[2])
         fail_msg("%s: %g in matrix %d did not flag the step", bench->where, poisons[i].value, poisons[i].matrix);
-    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    uint64_t *words = test_read(bench->volume->d_grid);
     for (uint64_t j = 0; j < vw_buffer_size_bytes(bench->volume->d_grid) / 8; j++) assert_int_equal(words[j], 0);
-    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-    float *samples = step_bench_read(bench, bench->volume->samples);
+    struct vw_ray *rays = test_read(bench->step.ray_buffer);
+    float *samples = test_read(bench->volume->samples);
     check_samples(bench, &poisons[i], rays, samples, true, 2);
 }
 
@@ -114,9 +114,9 @@ TEST_CASES(validation_shows_a_poisoned_field, i, VW_ARRAY_COUNT(poisons)) {
     struct step_bench *bench = step_bench_open(&setup);
     poison_params(bench, &poisons[i]);
     struct vw_evaluator *evaluator = step_bench_evaluate(bench);
-    struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-    float *samples = step_bench_read(bench, vw_volume_evaluation_of(evaluator)->samples);
-    vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+    struct vw_ray *rays = test_read(evaluator->rays);
+    float *samples = test_read(vw_volume_evaluation_of(evaluator)->samples);
+    vw_float4 *colours = test_read(evaluator->colours);
     check_samples(bench, &poisons[i], rays, samples, false, 0);
     check_colours(bench, &poisons[i], rays, samples, colours);
 }
@@ -128,18 +128,18 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
     struct step_bench *bench = step_bench_open(&with_sky);
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     step_bench_step(bench, 1);
-    float *params = step_bench_read(bench, bench->field.params);
+    float *params = test_read(bench->field.params);
     params[bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof *params + 4 * 5 + 1] = NAN;
-    step_bench_write(bench, bench->field.params, params);
-    void *moments = step_bench_read(bench, bench->step.weight_moments);
+    test_write(bench->field.params, params);
+    void *moments = test_read(bench->step.weight_moments);
     assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
     vw_submission_begin(bench->submission);
     vw_step_record_passes(&bench->step, bench->submission, 2, 0, 0);
     vw_evaluator_record(evaluator, bench->submission);
     step_bench_submit(bench);
-    float *params_after = step_bench_read(bench, bench->field.params);
-    void *moments_after = step_bench_read(bench, bench->step.weight_moments);
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars), *colours = step_bench_read(bench, evaluator->colours);
+    float *params_after = test_read(bench->field.params);
+    void *moments_after = test_read(bench->step.weight_moments);
+    vw_float4 *scalars = test_read(bench->scalars), *colours = test_read(evaluator->colours);
     check_same_bits(bench->where, "params", params_after, params, bench->model.param_bytes);
     check_same_bits(bench->where, "weight moments", moments_after, moments,
                     vw_buffer_size_bytes(bench->step.weight_moments));
@@ -151,7 +151,7 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
 // ---- Single passes --------------------------------------------------------------------------------------------------
 
 static bool is_marked(struct step_bench *bench) {
-    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+    struct vw_step_state *flags = test_read(bench->field.step_state);
     bool marked = flags->nonfinite != 0;
     return marked;
 }
@@ -170,7 +170,7 @@ TEST(a_weight_gradient_that_is_not_finite_marks_the_step) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(poisoned); i++) {
         float *value = step_bench_row(bench, rows, poisoned[i], bench->padded_samples - 1) + i % 3, kept = *value;
         *value = NAN;
-        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+        test_write(bench->field.step_state, &(struct vw_step_state){0});
         weight_gradients_run(bench, rows);
         if (!is_marked(bench)) fail_msg("%s: NaN in row %u did not mark the step", bench->where, poisoned[i]);
         *value = kept;
@@ -181,10 +181,10 @@ TEST(a_weight_gradient_that_is_not_finite_marks_the_step) {
 TEST(rounding_to_a_bfloat_keeps_what_is_not_finite) {
     static const uint32_t poison[] = {0x7FFFFFFFu, 0xFFFFFFFFu, 0x7F800000u, 0xFF800000u};
     struct step_bench *bench = step_bench_open(&step_cases[0]);
-    float *d_samples = step_bench_read(bench, bench->volume->d_samples);
+    float *d_samples = test_read(bench->volume->d_samples);
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) memcpy(&d_samples[4 * i + 3], &poison[i], sizeof poison[i]);
-    step_bench_write(bench, bench->volume->d_samples,
-                     d_samples); // gradients of the raw density: stored as they come
+    test_write(bench->volume->d_samples,
+               d_samples); // gradients of the raw density: stored as they come
     step_bench_dispatch(bench, bench->volume->gradient.field.passes[HASH_BACKWARD], NULL, 0, bench->padded_samples);
     float *rows = step_bench_read_rows(bench);
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(poison); i++)
@@ -201,7 +201,7 @@ TEST(a_grid_gradient_that_is_not_finite_marks_the_step) {
         struct vw_step_state flags;
         *gradient = poison[i];
         scatter_run(bench, rows, &flags);
-        uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+        uint64_t *words = test_read(bench->volume->d_grid);
         assert_true(flags.nonfinite != 0);
         *gradient = 0.0f;
         scatter_check(bench, rows, words, flags.clamped);
@@ -222,8 +222,8 @@ TEST(a_sky_gradient_that_is_not_finite_marks_the_step) {
         for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
             struct vw_push_reduce push = {.count = rays};
             d_logits[ray].z = poison[i];
-            step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_D_SKY], d_logits);
-            step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+            test_write(bench->step.effect_buffers[VW_SLOT_D_SKY], d_logits);
+            test_write(bench->field.step_state, &(struct vw_step_state){0});
             step_bench_dispatch(bench, step_bench_effect_pass(bench, "gradient_sky"), &push, sizeof push,
                                 64 * VW_SKY_COLUMNS);
             assert_int_equal(is_marked(bench), poison[i] != 0.0f);
@@ -236,14 +236,14 @@ TEST(a_loss_that_is_not_finite_marks_the_step) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_gradients(bench, 1);
-    float *samples = step_bench_read(bench, bench->volume->samples);
+    float *samples = test_read(bench->volume->samples);
     samples[0] = NAN; // a colour of the first ray
     for (int poisoned = 0; poisoned < 2; poisoned++) {
-        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+        test_write(bench->field.step_state, &(struct vw_step_state){0});
         step_bench_dispatch(bench, bench->volume->gradient.backward_rays, &push, sizeof push,
                             step_bench_lanes(bench, push.ray_count));
         assert_int_equal(is_marked(bench), poisoned); // seen by the passes that follow
-        step_bench_write(bench, bench->volume->samples, samples);
+        test_write(bench->volume->samples, samples);
     }
 }
 
@@ -257,11 +257,11 @@ TEST(the_row_of_a_step_tells_what_is_not_finite) {
         uint32_t *flags = test_allocate(words, sizeof *flags);
         if (poisoned == 1) losses[push.count - 1] = NAN;
         if (poisoned == 3) flags[words - VW_OVERFLOW_STRIDE] = 1;
-        step_bench_write(bench, bench->step.ray_loss, losses);
-        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = poisoned == 2});
-        step_bench_write(bench, bench->step.overflow, flags);
+        test_write(bench->step.ray_loss, losses);
+        test_write(bench->field.step_state, &(struct vw_step_state){.nonfinite = poisoned == 2});
+        test_write(bench->step.overflow, flags);
         step_bench_dispatch(bench, bench->step.reduce_loss, &push, sizeof push, 1);
-        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        vw_float4 *scalars = test_read(bench->scalars);
         assert_true(scalars[1].z == (poisoned ? 1.0f : 0.0f));
         assert_false(is_marked(bench)); // the next step begins anew
         assert_int_equal(step_bench_take_overflows(bench), 0);
@@ -274,11 +274,11 @@ TEST(flags_are_cleared_without_a_row) {
     const struct vw_step_state marked = {.nonfinite = 1, .clamped = 5, .view = 3}, clean = {0};
     const uint32_t rows[] = {VW_NO_ROW, VW_NO_ROW, 0};
     for (int i = 0; i < 3; i++) { // the second and the third find no mark
-        if (i != 1) step_bench_write(bench, bench->field.step_state, i ? &clean : &marked);
+        if (i != 1) test_write(bench->field.step_state, i ? &clean : &marked);
         vw_submission_begin(bench->submission);
         vw_step_record_loss(&bench->step, bench->submission, 0, rows[i]);
         step_bench_submit(bench);
-        const struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+        const struct vw_step_state *flags = test_read(bench->field.step_state);
         assert_true(flags->nonfinite == 0 && flags->clamped == 0 && flags->view == (i < 2 ? 3 : 0));
         assert_int_equal(flags->skipped, i < 2);
     }

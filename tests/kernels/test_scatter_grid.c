@@ -23,7 +23,7 @@ static struct scattered scatter_by_atomics(const struct step_case *setup) {
                                   .size_bytes = vw_buffer_size_bytes(bench->volume->d_grid)};
     struct vw_step_state flags;
     scatter_run(bench, scattered.rows, &flags);
-    scattered.words = step_bench_read(bench, bench->volume->d_grid);
+    scattered.words = test_read(bench->volume->d_grid);
     scattered.clamped = flags.clamped;
     return scattered;
 }
@@ -38,7 +38,7 @@ static void gives_the_bits_of_atomics(struct step_case setup, enum vw_scatter_fo
     assert_false(vw_gpu_get_limits(bench->gpu)->int64_atomics);
     struct vw_step_state flags;
     scatter_run(bench, atomics->rows, &flags);
-    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    uint64_t *words = test_read(bench->volume->d_grid);
     check_same_bits(bench->where, form == SCATTER_WALK ? "d_grid without atomics" : "d_grid with split atomics", words,
                     atomics->words, atomics->size_bytes);
     assert_int_equal(flags.clamped, atomics->clamped);

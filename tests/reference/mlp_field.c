@@ -34,7 +34,8 @@ uint32_t reference_mlp_index(const struct reference_layer *layer, bool second, u
     return (second ? layer->second_at : layer->first_at) + 16 * (out / 4 * columns + in / 4) + 4 * (in % 4) + out % 4;
 }
 
-void reference_encode(const double v[3], uint32_t frequencies, double *encoding) {
+// Lists three numbers and their sines and cosines: 3 + 6 * frequencies numbers.
+static void encode(const double v[3], uint32_t frequencies, double *encoding) {
     for (int i = 0; i < 3; i++) encoding[i] = v[i];
     for (uint32_t k = 0; k < frequencies; k++)
         for (int i = 0; i < 3; i++) {
@@ -71,8 +72,8 @@ void reference_mlp_forward(const struct reference_mlp *mlp, const double *params
                            struct reference_mlp_sample *sample) {
     double centred[3];
     for (int i = 0; i < 3; i++) centred[i] = 2.0 * sample->position[i] - 1.0;
-    reference_encode(centred, mlp->frequencies, sample->encodings);
-    reference_encode(sample->direction, DIRECTION_FREQUENCIES, sample->encodings + 3 + 6 * mlp->frequencies);
+    encode(centred, mlp->frequencies, sample->encodings);
+    encode(sample->direction, DIRECTION_FREQUENCIES, sample->encodings + 3 + 6 * mlp->frequencies);
     for (uint32_t l = 0; l < mlp->count; l++) {
         const struct reference_layer *layer = &mlp->layers[l];
         const double *first, *second;

@@ -24,9 +24,6 @@ void reference_mlp_lay_out(uint32_t depth, uint32_t width, uint32_t frequencies,
 // Returns the index of a number of a layer's first or second matrix.
 uint32_t reference_mlp_index(const struct reference_layer *layer, bool second, uint32_t out, uint32_t in);
 
-// Lists three numbers and their sines and cosines: 3 + 6 * frequencies numbers.
-void reference_encode(const double v[3], uint32_t frequencies, double *encoding);
-
 // One sample on its way through the field; owned values of every layer.
 struct reference_mlp_sample {
     double position[3], direction[3], *values[REFERENCE_LAYERS_MAX], *encodings; // position's, then direction's

@@ -50,9 +50,6 @@ void reference_sample_position(const struct vw_specialization *s, const struct r
 // Computes the position at a place on the ray, counted in strata.
 void reference_position_at(const struct vw_specialization *s, const struct reference_ray *ray, double place,
                            double position[3]);
-// Returns the length between two places on a ray, in box edges.
-double reference_length_between(const struct vw_specialization *s, const struct reference_ray *ray, double from,
-                                double to);
 // Returns the length for which a sample stands among all `places` of its ray, which are in order: up to the middles
 // towards its neighbours.
 double reference_listed_length(const struct vw_specialization *s, const struct reference_ray *ray, const double *places,
@@ -91,15 +88,12 @@ void reference_spherical_harmonics(const double direction[3], double values[9]);
 
 // Reads the coefficients from the whole params block; leaves them as they are without the effect.
 void reference_sky_read(const struct vw_model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]);
-void reference_sky(const double coefficients[VW_SKY_COLUMNS][3], const double direction[3], double rgb[3]);
 // Computes the gradient by the logits of a ray of which the share `left` reaches the sky of colour `rgb`.
 // reference_sky_gradient() adds its part of the coefficients' gradient.
 void reference_sky_d_logit(const double rgb[3], double left, const double d_colour[3], double d_logit[3]);
 void reference_sky_gradient(const double direction[3], const double d_logit[3],
                             double d_coefficients[VW_SKY_COLUMNS][3]);
-// Computes the background of a ray at the step of `key`, black when the run has none. reference_backdrop() computes the
-// sky instead when the run has that effect.
-void reference_background(const struct vw_specialization *s, uint32_t ray, vw_uint4 key, double background[3]);
+// Computes the colour after the field on a ray at the step of `key`: the sky, the background, or black.
 void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
                         const double direction[3], uint32_t ray, vw_uint4 key, double backdrop[3]);
 struct reference_photo;
@@ -205,9 +199,6 @@ void reference_correct(const struct reference_photo *photo, const double shown[3
 struct reference_photo_sums {
     long double rays, rendered[3], squares[3], missing[3], products[3];
 };
-void reference_photo_sums_add(struct reference_photo_sums *sums, double weight, const double rendered[3],
-                              const double shown[3], const double corrected[3]);
-void reference_photo_sums_fade(struct reference_photo_sums *sums); // by another visit
 // Finds the photo's gain and bias (shaders/effects/appearance/fit_photo.comp); the code stays.
 void reference_fit_photo(const struct reference_photo_sums *sums, struct reference_photo *photo);
 // Finds gain and bias by which a photo is corrected: its fit, where the mean of the photos that were visited is the

@@ -22,21 +22,22 @@ static double distance_at(const struct vw_specialization *s, const struct refere
     return 1.0 / ((1.0 - share) / ray->near + share / ray->far);
 }
 
-double reference_length_between(const struct vw_specialization *s, const struct reference_ray *ray, double from,
-                                double to) {
+// Returns the length between two places on a ray, in box edges.
+static double length_between(const struct vw_specialization *s, const struct reference_ray *ray, double from,
+                             double to) {
     if (!s->effect_unbounded) return (to - from) * ray->stride;
     return distance_at(s, ray, to) - distance_at(s, ray, from);
 }
 
 double reference_stratum_length(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample) {
-    return reference_length_between(s, ray, sample, sample + 1.0);
+    return length_between(s, ray, sample, sample + 1.0);
 }
 
 double reference_listed_length(const struct vw_specialization *s, const struct reference_ray *ray, const double *places,
                                uint32_t sample) {
     double from = sample ? (places[sample - 1] + places[sample]) / 2.0 : 0.0,
            to = sample + 1 < s->samples ? (places[sample] + places[sample + 1]) / 2.0 : s->strata;
-    return reference_length_between(s, ray, from, to);
+    return length_between(s, ray, from, to);
 }
 
 void reference_position_at(const struct vw_specialization *s, const struct reference_ray *ray, double place,

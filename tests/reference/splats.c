@@ -46,7 +46,8 @@ static void covariance_of(const double *splat, double covariance[3][3]) {
         for (int j = 0; j < 3; j++) covariance[i][j] = m[i][0] * m[j][0] + m[i][1] * m[j][1] + m[i][2] * m[j][2];
 }
 
-double reference_splat_harmonic(uint32_t k, const double d[3]) {
+// Computes basis k of the harmonics.
+static double harmonic(uint32_t k, const double d[3]) {
     double x = d[0], y = d[1], z = d[2];
     const double values[] = {
         1.0 / 2.0 * sqrt(1.0 / M_PI),
@@ -79,7 +80,7 @@ static void colour_of(const struct reference_splat_view *view, const double *spl
     for (int c = 0; c < 3; c++) {
         rgb[c] = 0.5;
         for (uint32_t k = 0; k < (view->degree + 1) * (view->degree + 1); k++)
-            rgb[c] += reference_splat_harmonic(k, d) * splat[4 * (SPLAT_HARMONICS + k) + (uint32_t)c];
+            rgb[c] += harmonic(k, d) * splat[4 * (SPLAT_HARMONICS + k) + (uint32_t)c];
         rgb[c] = fmax(rgb[c], 0.0);
     }
 }

@@ -34,8 +34,6 @@ struct reference_splat_shape {
 // Projects a splat. `kept` is the share of its opacity to take, less than 0 for its own.
 void reference_splat_project(const struct reference_splat_view *view, const double *splat, double kept,
                              struct reference_splat_shape *shape);
-// Computes basis k of the harmonics.
-double reference_splat_harmonic(uint32_t k, const double d[3]);
 
 // Decisions about a splat at a pixel, which finite differences hold fixed.
 enum reference_splat_fate { REFERENCE_SPLAT_SKIPPED, REFERENCE_SPLAT_BLENDED, REFERENCE_SPLAT_CAPPED };

@@ -213,12 +213,11 @@ struct vw_evaluator *step_bench_evaluate(struct step_bench *bench) {
     stop_unless(bench, vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays));
     vw_submission_begin(bench->submission);
     vw_evaluator_record(evaluator, bench->submission);
-    stop_unless(bench, vw_submission_submit(bench->submission));
-    stop_unless(bench, vw_submission_wait(bench->submission));
+    step_bench_submit(bench);
     return evaluator;
 }
 
-void step_bench_write_params(struct step_bench *bench) { step_bench_write(bench, bench->field.params, bench->params); }
+void step_bench_write_params(struct step_bench *bench) { test_write(bench->field.params, bench->params); }
 
 void step_bench_submit(struct step_bench *bench) {
     stop_unless(bench, vw_submission_submit(bench->submission));
@@ -268,23 +267,25 @@ const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, con
     return is_named(sky, name) ? sky : NULL;
 }
 
-void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]) {
+// Finds where in its photo the pixel of a ray lies, -1 to 1 across it.
+static void find_place(const struct step_bench *bench, uint32_t ray, double place[2]) {
     const struct vw_pixel *pixel = &bench->pixels[ray < bench->config.rays ? ray : bench->config.rays - 1];
     const struct vw_image *image = &bench->scene->views[bench->view].image;
     place[0] = 2.0 * pixel->x_px / image->width_px - 1.0;
     place[1] = 2.0 * pixel->y_px / image->height_px - 1.0;
 }
 
-void step_bench_features(const struct step_bench *bench, uint32_t ray, double features[REFERENCE_FEATURES]) {
+// Finds the features of its pixel, with the effect uncertainty.
+static void list_features(const struct step_bench *bench, uint32_t ray, double features[REFERENCE_FEATURES]) {
     struct vw_buffer *buffer = bench->step.effect_buffers[VW_SLOT_FEATURES];
     uint32_t drawn = ray < bench->config.rays ? ray : bench->config.rays - 1;
     const float *of_ray = buffer ? (const float *)vw_buffer_map(buffer) + REFERENCE_FEATURES * drawn : NULL;
     for (uint32_t k = 0; of_ray && k < REFERENCE_FEATURES; k++) features[k] = of_ray[k];
 }
 
-double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places) {
+double *step_bench_sample_places(struct vw_buffer *places) {
     if (!places) return NULL;
-    float *listed = step_bench_read(bench, places);
+    float *listed = test_read(places);
     size_t count = vw_buffer_size_bytes(places) / sizeof *listed;
     double *exact = test_allocate(count, sizeof *exact);
     for (size_t i = 0; i < count; i++) exact[i] = listed[i];
@@ -292,34 +293,23 @@ double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *pla
 }
 
 struct reference_step *step_bench_reference(struct step_bench *bench) {
-    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+    struct vw_ray *rays = test_read(bench->step.ray_buffer);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->step.padded_rays);
     reference->view = bench->view;
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
-        step_bench_place(bench, ray, reference->places[ray]);
-        step_bench_features(bench, ray, reference->features[ray]);
+        find_place(bench, ray, reference->places[ray]);
+        list_features(bench, ray, reference->features[ray]);
     }
-    reference->sample_places = step_bench_sample_places(bench, bench->volume->places);
+    reference->sample_places = step_bench_sample_places(bench->volume->places);
     return reference;
-}
-
-void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer) {
-    uint64_t size_bytes = vw_buffer_size_bytes(buffer);
-    void *data = test_allocate(size_bytes, 1);
-    stop_unless(bench, vw_buffer_read(buffer, 0, data, size_bytes));
-    return data;
-}
-
-void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data) {
-    stop_unless(bench, vw_buffer_write(buffer, 0, data, vw_buffer_size_bytes(buffer)));
 }
 
 uint32_t step_bench_take_overflows(struct step_bench *bench) {
     uint64_t words = vw_buffer_size_bytes(bench->step.overflow) / 4;
-    uint32_t *flags = step_bench_read(bench, bench->step.overflow), count = 0;
+    uint32_t *flags = test_read(bench->step.overflow), count = 0;
     for (uint64_t i = 0; i < words; i += VW_OVERFLOW_STRIDE) count += flags[i] != 0;
     memset(flags, 0, 4 * words);
-    step_bench_write(bench, bench->step.overflow, flags);
+    test_write(bench->step.overflow, flags);
     return count;
 }
 
@@ -393,27 +383,27 @@ static void pack_slot(const struct step_bench *bench, const float *rows, uint32_
 
 float *step_bench_read_rows(struct step_bench *bench) {
     size_t count;
-    uint16_t *packed = step_bench_read(bench, bench->field.rows);
-    float *rows = step_bench_new_rows(bench, &count), *grid_rows = step_bench_read(bench, bench->field.grid_rows);
+    uint16_t *packed = test_read(bench->field.rows);
+    float *rows = step_bench_new_rows(bench, &count), *grid_rows = test_read(bench->field.grid_rows);
     for (uint32_t slot = 0; slot < bench->model.specialization.chunk_samples; slot++)
         unpack_slot(bench, packed, grid_rows, slot, rows);
     return rows;
 }
 
 void step_bench_write_rows(struct step_bench *bench, float *rows) {
-    uint16_t *packed = step_bench_read(bench, bench->field.rows);
-    float *grid_rows = step_bench_read(bench, bench->field.grid_rows);
+    uint16_t *packed = test_read(bench->field.rows);
+    float *grid_rows = test_read(bench->field.grid_rows);
     for (uint32_t slot = 0; slot < bench->model.specialization.chunk_samples; slot++) {
         pack_slot(bench, rows, slot, packed, grid_rows);
         unpack_slot(bench, packed, grid_rows, slot, rows);
     }
-    step_bench_write(bench, bench->field.rows, packed);
-    step_bench_write(bench, bench->field.grid_rows, grid_rows);
+    test_write(bench->field.rows, packed);
+    test_write(bench->field.grid_rows, grid_rows);
 }
 
 vw_uint4 *step_bench_read_active(struct step_bench *bench) {
     uint32_t samples = bench->model.specialization.chunk_samples, row = step_bench_rows(bench).d_encoding;
-    uint16_t *packed = step_bench_read(bench, bench->field.rows);
+    uint16_t *packed = test_read(bench->field.rows);
     vw_uint4 *active = test_allocate(samples, sizeof *active);
     for (uint32_t slot = 0; slot < samples; slot++) { // two rows of two words
         memcpy(&active[slot].x, bfloats_at(bench, packed, row, slot), 8);
@@ -531,8 +521,8 @@ void check_same_bits(const char *where, const char *what, const void *device, co
 void step_bench_check_skipped(struct step_bench *bench, uint64_t number) {
     step_bench_write_params(bench);
     step_bench_step(bench, number);
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-    float *after = step_bench_read(bench, bench->field.params);
+    vw_float4 *scalars = test_read(bench->scalars);
+    float *after = test_read(bench->field.params);
     assert_true(scalars->z != 0.0f);
     check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
 }
@@ -544,8 +534,7 @@ void step_bench_check_chunks(const struct step_case *setup, uint32_t chunk_sampl
     assert_true(parts->volume->chunk_rays < parts->step.padded_rays);
     step_bench_step(whole, number);
     step_bench_step(parts, number);
-    float *expected = step_bench_read(whole, whole->field.params),
-          *params = step_bench_read(parts, parts->field.params);
+    float *expected = test_read(whole->field.params), *params = test_read(parts->field.params);
     assert_memory_not_equal(expected, whole->params, whole->model.param_bytes);
     check_same_bits(parts->where, "params of a step in chunks", params, expected, whole->model.param_bytes);
     test_release(whole);

@@ -6,6 +6,7 @@
 
 #include "gpu/compute.h"
 #include "reference/reference.h"
+#include "support/gpu_fixture.h"
 #include "support/synthetic_scene.h"
 #include "train/effects/appearance_encoder.h"
 #include "train/effects/effects.h"
@@ -103,15 +104,8 @@ uint32_t step_bench_take_overflows(struct step_bench *bench);
 // Returns the push block of a step in one chunk.
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number);
 
-// Reads a whole buffer; step_bench_write() writes one.
-void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer);
-void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data);
-// Finds where in its photo the pixel of a ray lies, -1 to 1 across it.
-void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]);
-// Finds the features of its pixel, with the effect uncertainty.
-void step_bench_features(const struct step_bench *bench, uint32_t ray, double features[REFERENCE_FEATURES]);
 // Returns the place of every sample of a chunk from the buffer that lists them; NULL where none does.
-double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places);
+double *step_bench_sample_places(struct vw_buffer *places);
 // Makes the reference of the step that the device has just taken, from its rays and with its slots.
 struct reference_step *step_bench_reference(struct step_bench *bench);
 

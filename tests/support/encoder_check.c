@@ -17,7 +17,7 @@ double *encoder_network(const struct step_bench *bench, const float *params) {
 
 struct reference_photo_encoding *encoder_reference(struct step_bench *bench, const double *network, uint32_t view) {
     struct reference_photo_encoding *encoding = test_allocate(1, sizeof *encoding);
-    const vw_float4 *thumbnails = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_THUMBNAILS]);
+    const vw_float4 *thumbnails = test_read(bench->field.effect_buffers[VW_SLOT_THUMBNAILS]);
     for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
         vw_float4 pixel = thumbnails[(size_t)THUMBNAIL_PIXELS * view + i];
         const double values[4] = {pixel.x, pixel.y, pixel.z, pixel.w};
@@ -36,8 +36,8 @@ static void compare(struct hard_finding *finding, const char *what, const float 
 static void compare_forward(struct hard_finding *finding, struct step_bench *bench,
                             const struct reference_photo_encoding *expected) {
     static const uint32_t first[] = {0, 4 * ENCODER_ROW_LAYER2, 4 * ENCODER_ROW_LAYER3};
-    float *rows = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]),
-          *shift = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_CODE_SHIFT]);
+    float *rows = test_read(bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]),
+          *shift = test_read(bench->field.effect_buffers[VW_SLOT_CODE_SHIFT]);
     for (uint32_t layer = 0; layer < ENCODER_LAYERS; layer++)
         compare(finding, "activation", rows + first[layer], expected->outputs[layer],
                 (uint32_t)REFERENCE_ENCODER_OUTPUTS >> 2 * layer, FORWARD_TOLERANCE);
@@ -56,7 +56,7 @@ static void compare_gradients(struct hard_finding *finding, struct step_bench *b
                                 ENCODER_SHIFT,
                                 VW_ENCODER_COLUMNS(bench->model.specialization.width4)};
     const struct vw_specialization *s = &bench->model.specialization;
-    float *d_weights = step_bench_read(bench, bench->step.d_weights), *own = d_weights + 4 * (size_t)s->encoder_column;
+    float *d_weights = test_read(bench->step.d_weights), *own = d_weights + 4 * (size_t)s->encoder_column;
     double d_shift[REFERENCE_WIDTH_MAX], *expected = test_allocate(4 * (size_t)columns[5], sizeof *expected);
     for (uint32_t unit = 0; unit < 4 * s->width4; unit++)
         d_shift[unit] = d_weights[4 * (s->shift_column + s->shift_stride * (unit / 4)) + unit % 4];
@@ -68,8 +68,8 @@ static void compare_gradients(struct hard_finding *finding, struct step_bench *b
 
 void encoder_check(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     step_bench_gradients(bench, number);
-    float *params = step_bench_read(bench, bench->field.params);
-    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+    float *params = test_read(bench->field.params);
+    struct vw_step_state *flags = test_read(bench->field.step_state);
     double *network = encoder_network(bench, params);
     struct reference_photo_encoding *encoding = encoder_reference(bench, network, bench->view);
     hard_require(finding, !flags->skipped, "the step is finite");

@@ -52,6 +52,10 @@ void *test_read(struct vw_buffer *buffer) {
     return data;
 }
 
+void test_write(struct vw_buffer *buffer, const void *data) {
+    ASSERT_OK(vw_buffer_write(buffer, 0, data, vw_buffer_size_bytes(buffer)));
+}
+
 int test_gpu_close(void **state) {
     (void)state;
     test_release_to(0); // buffers before their device

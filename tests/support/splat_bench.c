@@ -9,10 +9,10 @@ static void destroy_gradient(void *gradient) { vw_splat_gradient_destroy(gradien
 
 struct splat_pairs splat_bench_pairs(struct splat_bench *bench) {
     const struct vw_splat_drawing *drawing = &bench->drawing;
-    return (struct splat_pairs){.shapes = splat_bench_read(bench, drawing->shapes),
-                                .seen = splat_bench_read(bench, drawing->seen),
-                                .ranks = splat_bench_read(bench, drawing->pair_splats),
-                                .sorted = splat_bench_read(bench, drawing->sorted[drawing->digits % 2]),
+    return (struct splat_pairs){.shapes = test_read(drawing->shapes),
+                                .seen = test_read(drawing->seen),
+                                .ranks = test_read(drawing->pair_splats),
+                                .sorted = test_read(drawing->sorted[drawing->digits % 2]),
                                 .state = splat_bench_state(bench)};
 }
 
@@ -281,14 +281,6 @@ void splat_bench_run(struct splat_bench *bench, bool gradient, bool update) {
     if (update) vw_splat_update_record(&bench->gradient, bench->submission, &by);
     ASSERT_OK(vw_submission_submit(bench->submission));
     ASSERT_OK(vw_submission_wait(bench->submission));
-}
-
-void *splat_bench_read(struct splat_bench *bench, struct vw_buffer *buffer) {
-    (void)bench;
-    uint64_t bytes = vw_buffer_size_bytes(buffer);
-    void *data = test_allocate(1, bytes);
-    ASSERT_OK(vw_buffer_read(buffer, 0, data, bytes));
-    return data;
 }
 
 struct vw_splat_state splat_bench_state(struct splat_bench *bench) {

@@ -56,8 +56,6 @@ struct splat_bench *splat_bench_open(const struct splat_case *setup);
 void splat_bench_write(struct splat_bench *bench);
 // Draws, and goes back and moves splats if asked for.
 void splat_bench_run(struct splat_bench *bench, bool gradient, bool update);
-// Reads a whole buffer, which the test owns.
-void *splat_bench_read(struct splat_bench *bench, struct vw_buffer *buffer);
 struct vw_splat_state splat_bench_state(struct splat_bench *bench);
 struct vw_push_splat_update splat_bench_update(const struct splat_bench *bench);
 // The pairs of a drawing, sorted: shapes by sighting; by rank what was seen; the rank of each pair; keys and pairs.

@@ -36,16 +36,6 @@ static double seen(const struct reference_step *step, uint32_t ray, int channel)
     return step->errors[ray][channel] + step->rays[ray].target[channel];
 }
 
-// Returns where samples were placed by importance, for a single chunk of rays; NULL: nowhere.
-static double *samples_placed(struct vw_buffer *buffer) {
-    if (!buffer) return NULL;
-    uint64_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
-    float *listed = test_read(buffer);
-    double *exact = test_allocate(count, sizeof *exact);
-    for (uint64_t i = 0; i < count; i++) exact[i] = listed[i];
-    return exact;
-}
-
 // Returns J^T L'' J direction at `before`, with samples held fixed. Takes `sample_places` over.
 static struct reference_step *reference_product(const struct vw_model *model, const float *before,
                                                 const float *direction, const struct vw_ray *rays,
@@ -168,8 +158,9 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     struct vw_ray *rays = test_read(step->ray_buffer);
     double(*places)[2] = places_of(lasting->replay.context, pixel, view, taken);
-    struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
-                                                         samples_placed(vw_volume_step_of(step)->places), taken, view);
+    struct reference_step *reference =
+        reference_product(model, before, direction, rays, (const double(*)[2])places,
+                          step_bench_sample_places(vw_volume_step_of(step)->places), taken, view);
     double *expected = as_block(model, reference), difference = 0, size = 0;
     double factor = (double)counted / taken;
     for (uint64_t i = 0; i < count; i++) {
@@ -257,7 +248,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     plain.specialization.effect_appearance = plain.specialization.effect_appearance_code = 0;
     struct reference_params *params = reference_params_create(model, after);
     struct reference_step *step = reference_step_create(&plain, rays, ray_count);
-    step->sample_places = samples_placed(vw_volume_evaluation_of(&validation->evaluator)->places);
+    step->sample_places = step_bench_sample_places(vw_volume_evaluation_of(&validation->evaluator)->places);
     params->photos = NULL;
     params->visibility_codes = NULL;
     reference_step_forward(step, params, false, 0);

@@ -66,10 +66,10 @@ TEST(its_gradient_is_that_of_a_field_of_even_samples) {
         plain.effects = effects[i][1];
         struct step_bench *own = step_bench_open(&setup), *even = step_bench_open(&plain);
         take_over(own, even);
-        step_bench_write(even, even->pixel_buffer, own->pixels); // from one photo in both
+        test_write(even->pixel_buffer, own->pixels); // from one photo in both
         step_bench_gradients(own, 3);
         step_bench_gradients(even, 3);
-        float *d_own = step_bench_read(own, own->step.d_weights), *d_even = step_bench_read(even, even->step.d_weights);
+        float *d_own = test_read(own->step.d_weights), *d_even = test_read(even->step.d_weights);
         check_same_bits(own->where, "gradient of the coarse network", d_own + 4 * (size_t)own->layout->coarse_column,
                         d_even, own->layout->coarse.size_bytes);
         test_release(own);
@@ -86,7 +86,7 @@ TEST(it_learns_as_a_field_of_even_samples) {
         step_bench_step(own, number);
         step_bench_step(even, number);
     }
-    float *params = step_bench_read(own, own->field.params), *expected = step_bench_read(even, even->field.params);
+    float *params = test_read(own->field.params), *expected = test_read(even->field.params);
     float *coarse = first_of(params, &own->layout->coarse);
     check_same_bits(own->where, "coarse network", coarse, expected, own->layout->coarse.size_bytes);
     assert_memory_not_equal(coarse, first_of(own->params, &own->layout->coarse), own->layout->coarse.size_bytes);
@@ -101,7 +101,7 @@ struct taken {
 static struct taken take(struct step_bench *bench) {
     step_bench_write_params(bench);
     step_bench_gradients(bench, 3);
-    return (struct taken){step_bench_read(bench, bench->step.d_weights), step_bench_read(bench, bench->scalars)};
+    return (struct taken){test_read(bench->step.d_weights), test_read(bench->scalars)};
 }
 
 // Colours of the coarse network change its own gradient, and not a bit of the field's or of the step's loss.

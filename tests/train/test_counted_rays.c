@@ -25,9 +25,9 @@ static void check_case(const struct step_case *c) {
     uint32_t count = vw_step_training_state(&all->step, of_all);
     assert_int_equal(vw_step_training_state(&few->step, of_few), count);
     for (uint32_t i = 0; i < count; i++)
-        if (memcmp(step_bench_read(all, of_all[i]), step_bench_read(few, of_few[i]), vw_buffer_size_bytes(of_all[i])))
+        if (memcmp(test_read(of_all[i]), test_read(of_few[i]), vw_buffer_size_bytes(of_all[i])))
             fail_msg("%s: buffer %u of the training's state differs", all->where, i);
-    vw_float4 *row = step_bench_read(all, all->scalars), *few_row = step_bench_read(few, few->scalars);
+    vw_float4 *row = test_read(all->scalars), *few_row = test_read(few->scalars);
     if (memcmp(row, few_row, sizeof *row) != 0) fail_msg("%s: loss or flags differ", all->where);
     test_release(few);
     test_release(all);

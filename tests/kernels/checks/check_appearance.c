@@ -78,8 +78,8 @@ void check_fit_views(struct step_bench *bench, enum input_kind kind) {
     struct vw_push_reduce push = {.count = REDUCED_VIEWS};
     struct view_reduction *r = reduction_open(bench->gpu, true);
     reduction_fill(r, kind, bench->config.seed);
-    step_bench_write(bench, r->rays, r->ray_data);
-    step_bench_write(bench, r->colours, r->colour_data);
+    test_write(r->rays, r->ray_data);
+    test_write(r->colours, r->colour_data);
     step_bench_dispatch(bench, r->fit_pass, &push, sizeof push, 64 * REDUCED_VIEWS);
     assert_int_equal(vw_buffer_read(r->fits, 0, fits, sizeof fits), VW_OK);
     check_fits(bench->where, r, fits);
@@ -184,8 +184,8 @@ struct photo_state {
 };
 
 static struct photo_state read_photos(struct step_bench *bench) {
-    return (struct photo_state){step_bench_read(bench, bench->field.params),
-                                step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS])};
+    return (struct photo_state){test_read(bench->field.params),
+                                test_read(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS])};
 }
 
 static const struct vw_appearance *photo_of(const struct step_bench *bench, const float *params) {
@@ -195,9 +195,9 @@ static const struct vw_appearance *photo_of(const struct step_bench *bench, cons
 static void dispatch_fit(struct step_bench *bench, const struct visit *visit, bool flagged) {
     const struct vw_push_update push = {.count = bench->step.padded_rays};
     const struct vw_step_state state = {.nonfinite = flagged, .view = bench->view};
-    step_bench_write(bench, bench->step.ray_buffer, visit->rays);
-    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_RENDERED], visit->rendered);
-    step_bench_write(bench, bench->field.step_state, &state);
+    test_write(bench->step.ray_buffer, visit->rays);
+    test_write(bench->step.effect_buffers[VW_SLOT_RENDERED], visit->rendered);
+    test_write(bench->field.step_state, &state);
     step_bench_dispatch(bench, step_bench_effect_pass(bench, "fit_photo"), &push, sizeof push, 1);
 }
 
@@ -207,7 +207,7 @@ static void check_visit(struct step_bench *bench, struct visit *visit) {
     const uint32_t photos = reference_photo_count(&bench->model);
     dispatch_fit(bench, visit, false);
     const struct photo_state after = read_photos(bench);
-    const struct vw_step_state *state = step_bench_read(bench, bench->field.step_state);
+    const struct vw_step_state *state = test_read(bench->field.step_state);
     visit->photo = *photo_of(bench, before.params);
     visit->photo_after = *photo_of(bench, after.params);
     visit->sums = before.sums[bench->view];
@@ -238,7 +238,7 @@ static void check_still(struct step_bench *bench, const struct visit *visit, boo
     const struct photo_state before = read_photos(bench);
     dispatch_fit(bench, visit, flagged);
     const struct photo_state after = read_photos(bench);
-    const struct vw_step_state *state = step_bench_read(bench, bench->field.step_state);
+    const struct vw_step_state *state = test_read(bench->field.step_state);
     if (!state->nonfinite)
         fail_msg("%s: rendered %g, target %g is not flagged", bench->where, (double)visit->rendered[1].y,
                  (double)visit->rays[1].target_weight.y);
@@ -267,8 +267,8 @@ static void check_not_finite(struct step_bench *bench, const struct visit *visit
 static void check_masked(struct step_bench *bench, struct visit *visit, const struct photo_state *start) {
     struct photo_state after[2];
     for (int i = 0; i < 2; i++) {
-        step_bench_write(bench, bench->field.params, start->params);
-        step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS], start->sums);
+        test_write(bench->field.params, start->params);
+        test_write(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS], start->sums);
         dispatch_fit(bench, visit, false);
         after[i] = read_photos(bench);
         for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++)
@@ -286,14 +286,14 @@ static void check_masked(struct step_bench *bench, struct visit *visit, const st
 // Checks that a nearly black photo of what is bright comes to the least gain and stays there.
 static void check_dark(struct step_bench *bench, struct visit *visit) {
     enum { VISITS = 8 };
-    float *params = step_bench_read(bench, bench->field.params);
+    float *params = test_read(bench->field.params);
     uint64_t first = bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof *params + 8 * bench->view;
     memset(params + first, 0, sizeof(struct vw_appearance));
-    step_bench_write(bench, bench->field.params, params);
-    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS],
-                     test_allocate(vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS]), 1));
+    test_write(bench->field.params, params);
+    test_write(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS],
+               test_allocate(vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_PHOTO_SUMS]), 1));
     for (int i = 0; i < VISITS; i++) {
-        const struct vw_appearance photo = *photo_of(bench, step_bench_read(bench, bench->field.params));
+        const struct vw_appearance photo = *photo_of(bench, test_read(bench->field.params));
         for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
             vw_float4 *target = &visit->rays[ray].target_weight;
             for (int c = 0; c < 3; c++)
@@ -321,7 +321,7 @@ void check_fit_photo(struct step_bench *bench, enum input_kind kind) {
             start.sums[view].gain = (vw_float4){0.5f, -0.3f, 0.1f, (float)(view % 3)}; // some were not visited
             start.sums[view].bias = (vw_float4){0.1f, 0.0f, -0.2f, 0.0f};
         }
-    step_bench_write(bench, sums, start.sums);
+    test_write(sums, start.sums);
     for (int i = 0; i < UPDATES; i++) {
         draw_visit(bench, kind, &random, &visit);
         check_visit(bench, &visit);
@@ -332,6 +332,6 @@ void check_fit_photo(struct step_bench *bench, enum input_kind kind) {
         check_not_finite(bench, &visit);
         check_dark(bench, &visit);
     }
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+    test_write(bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write_params(bench);
 }

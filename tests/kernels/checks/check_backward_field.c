@@ -78,7 +78,7 @@ static void check_sample(const struct step_bench *bench, struct reference_params
 // Sets some densities to their maximum, where their gradient is cut.
 static void saturate_some(struct step_bench *bench, float *samples) {
     for (uint32_t i = 3; i < bench->padded_samples; i += 16) samples[4 * (size_t)i + 3] = (float)reference_density_max;
-    step_bench_write(bench, bench->volume->samples, samples);
+    test_write(bench->volume->samples, samples);
 }
 
 void check_backward_field(struct step_bench *bench, enum input_kind kind) {
@@ -86,8 +86,8 @@ void check_backward_field(struct step_bench *bench, enum input_kind kind) {
     struct device device = {.d_samples = test_allocate(4 * (size_t)bench->padded_samples, sizeof(float))};
     step_bench_gradients(bench, 1);
     input_fill(kind, &random, device.d_samples, 4 * (size_t)bench->padded_samples);
-    step_bench_write(bench, bench->volume->d_samples, device.d_samples);
-    device.samples = step_bench_read(bench, bench->volume->samples);
+    test_write(bench->volume->d_samples, device.d_samples);
+    device.samples = test_read(bench->volume->samples);
     saturate_some(bench, device.samples);
     step_bench_dispatch(bench, bench->volume->gradient.field.passes[HASH_BACKWARD], NULL, 0, bench->padded_samples);
     device.rows = step_bench_read_rows(bench);

@@ -136,11 +136,11 @@ void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct inputs in = make_inputs(bench, kind, evaluator->ray_count);
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
-    step_bench_write(bench, evaluator->rays, in.rays);
-    step_bench_write(bench, vw_volume_evaluation_of(evaluator)->samples, in.field);
+    test_write(evaluator->rays, in.rays);
+    test_write(vw_volume_evaluation_of(evaluator)->samples, in.field);
     step_bench_dispatch(bench, vw_volume_evaluation_of(evaluator)->composite, &push, sizeof push,
                         step_bench_lanes(bench, push.ray_count));
-    vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+    vw_float4 *colours = test_read(evaluator->colours);
     for (uint32_t ray = 0; ray < in.ray_count; ray++) {
         struct reference reference;
         const double device[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
@@ -281,28 +281,26 @@ static void check_ray(const struct step_bench *bench, const struct inputs *in, u
 void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     struct inputs in = make_inputs(bench, kind, bench->step.padded_rays);
     struct vw_push_samples push = step_bench_push(bench, STEP);
-    step_bench_write(bench, bench->step.ray_buffer, in.rays);
-    step_bench_write(bench, bench->volume->samples, in.field);
+    test_write(bench->step.ray_buffer, in.rays);
+    test_write(bench->volume->samples, in.field);
     step_bench_write_params(bench);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
+    test_write(bench->field.step_state, &(struct vw_step_state){.view = bench->view});
     float *visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
-                            ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY])
+                            ? test_read(bench->step.effect_buffers[VW_SLOT_VISIBILITY])
                             : NULL;
     for (uint32_t ray = 0; visibility && ray < in.ray_count; ray++) visibility[2 * ray] = visible_of(ray);
-    if (visibility) step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY], visibility);
+    if (visibility) test_write(bench->step.effect_buffers[VW_SLOT_VISIBILITY], visibility);
     step_bench_dispatch(bench, bench->volume->gradient.backward_rays, &push, sizeof push,
                         step_bench_lanes(bench, push.ray_count));
     visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
-                     ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY])
+                     ? test_read(bench->step.effect_buffers[VW_SLOT_VISIBILITY])
                      : NULL;
-    float *losses = step_bench_read(bench, bench->step.ray_loss);
-    vw_float4 *d_field = step_bench_read(bench, bench->volume->d_samples);
-    vw_float4 *d_sky = bench->step.effect_buffers[VW_SLOT_D_SKY]
-                           ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_SKY])
-                           : NULL;
-    vw_float4 *rendered = bench->step.effect_buffers[VW_SLOT_RENDERED]
-                              ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_RENDERED])
-                              : NULL;
+    float *losses = test_read(bench->step.ray_loss);
+    vw_float4 *d_field = test_read(bench->volume->d_samples);
+    vw_float4 *d_sky =
+        bench->step.effect_buffers[VW_SLOT_D_SKY] ? test_read(bench->step.effect_buffers[VW_SLOT_D_SKY]) : NULL;
+    vw_float4 *rendered =
+        bench->step.effect_buffers[VW_SLOT_RENDERED] ? test_read(bench->step.effect_buffers[VW_SLOT_RENDERED]) : NULL;
     assert_int_equal(rendered != NULL, bench->model.specialization.effect_appearance == APPEARANCE_FITTED);
     for (uint32_t ray = 0; ray < in.ray_count; ray++)
         check_ray(bench, &in, ray, losses[ray], d_field, d_sky, rendered, visibility);

@@ -130,8 +130,8 @@ static void check_training_sample(const struct step_bench *bench, const struct r
 
 static void check_training(struct step_bench *bench, const struct reference *reference) {
     step_bench_gradients(bench, STEP);
-    struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read_rows(bench),
-                          step_bench_read(bench, bench->volume->samples), step_bench_read_active(bench)};
+    struct outputs out = {test_read(bench->step.ray_buffer), step_bench_read_rows(bench),
+                          test_read(bench->volume->samples), step_bench_read_active(bench)};
     for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
         check_training_sample(bench, reference, &out, sample);
 }
@@ -165,8 +165,8 @@ static void check_validation(struct step_bench *bench, const struct reference *r
     assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
     step_bench_dispatch(bench, vw_volume_evaluation_of(evaluator)->passes.passes[HASH_FORWARD], &push, sizeof push,
                         (uint64_t)push.ray_count * bench->config.samples);
-    struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-    float *samples = step_bench_read(bench, vw_volume_evaluation_of(evaluator)->samples);
+    struct vw_ray *rays = test_read(evaluator->rays);
+    float *samples = test_read(vw_volume_evaluation_of(evaluator)->samples);
     for (uint32_t i = 0; i < push.ray_count * bench->config.samples; i++)
         check_validation_sample(bench, reference, rays, samples, i);
 }
@@ -211,7 +211,7 @@ void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     struct reference reference = {.params = reference_params_create(&bench->model, params)};
     reference_matrices(s, &reference.params->weights, reference.matrices);
     reference.grid_largest = largest(reference.params->grid, 2 * (size_t)bench->layout->pair_count);
-    step_bench_write(bench, bench->field.params, params);
+    test_write(bench->field.params, params);
     mix(bench, &reference, 1.0);
     check_training(bench, &reference);
     mix(bench, &reference, -1.0);

@@ -15,10 +15,8 @@ enum { UPDATES = 4 };
 
 struct grid_state grid_read(struct step_bench *bench) {
     bool momentum = bench->model.specialization.momentum;
-    return (struct grid_state){step_bench_read(bench, bench->field.params),
-                               momentum ? step_bench_read(bench, bench->volume->grid_moment1) : NULL,
-                               step_bench_read(bench, bench->volume->grid_moment2),
-                               step_bench_read(bench, bench->volume->grid_visits)};
+    return (struct grid_state){test_read(bench->field.params), momentum ? test_read(bench->volume->grid_moment1) : NULL,
+                               test_read(bench->volume->grid_moment2), test_read(bench->volume->grid_visits)};
 }
 
 static uint64_t pack_pair(int64_t first, int64_t second) { return (uint64_t)first + ((uint64_t)second << 32); }
@@ -30,7 +28,7 @@ void grid_write_gradient(struct step_bench *bench, const int64_t *quanta) {
         if (bench->model.specialization.wide_gradient) words[i] = (uint64_t)quanta[i];
         else words[i / 2] = pack_pair(quanta[i / 2 * 2], quanta[i / 2 * 2 + 1]);
     }
-    step_bench_write(bench, bench->volume->d_grid, words);
+    test_write(bench->volume->d_grid, words);
 }
 
 void grid_update(struct step_bench *bench, uint32_t number) {
@@ -137,24 +135,23 @@ static void grid_check_update(struct step_bench *bench, const int64_t *quanta, u
 }
 
 static void grid_check_cleared(struct step_bench *bench) {
-    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    uint64_t *words = test_read(bench->volume->d_grid);
     for (uint64_t i = 0; i < vw_buffer_size_bytes(bench->volume->d_grid) / 8; i++)
         if (words[i]) fail_msg("%s: gradient word %llu was not cleared", bench->where, (unsigned long long)i);
 }
 
-static void write_drawn(struct step_bench *bench, struct vw_buffer *buffer, enum input_kind kind,
-                        struct test_random *random, bool positive) {
+static void write_drawn(struct vw_buffer *buffer, enum input_kind kind, struct test_random *random, bool positive) {
     size_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
     float *values = test_allocate(count, sizeof *values);
     input_fill(kind, random, values, count);
     for (size_t i = 0; i < count && positive; i++) values[i] = fabsf(values[i]);
-    step_bench_write(bench, buffer, values);
+    test_write(buffer, values);
 }
 
 static void write_visits(struct step_bench *bench, uint32_t visits) {
     uint32_t *values = test_allocate(bench->layout->pair_count, sizeof *values);
     for (uint32_t i = 0; i < bench->layout->pair_count; i++) values[i] = visits;
-    step_bench_write(bench, bench->volume->grid_visits, values);
+    test_write(bench->volume->grid_visits, values);
 }
 
 // Returns the number of steps before the first: none, some, or nearly 2^31 - 1, where the host's count saturates.
@@ -167,9 +164,9 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
     int64_t *quanta = test_allocate(2 * (size_t)bench->layout->pair_count, sizeof *quanta);
     enum input_kind moments = kind == INPUT_ORDINARY ? INPUT_ZERO : kind;
     step_bench_write_params(bench);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    write_drawn(bench, bench->volume->grid_moment1, moments, &random, false);
-    write_drawn(bench, bench->volume->grid_moment2, moments, &random, true);
+    test_write(bench->field.step_state, &(struct vw_step_state){0});
+    write_drawn(bench->volume->grid_moment1, moments, &random, false);
+    write_drawn(bench->volume->grid_moment2, moments, &random, true);
     write_visits(bench, steps_before(kind) +
                             (kind == INPUT_SATURATING) * UPDATES / 2); // and so does the device's, here half-way
     for (uint32_t i = 1; i <= UPDATES; i++) {
@@ -185,14 +182,12 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
 static void weights_check_update(struct step_bench *bench, const float *d_weights, uint32_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
     uint32_t count = 4 * bench->model.moved_columns, offset = (uint32_t)(bench->model.weights.offset_bytes / 4);
-    float *before = step_bench_read(bench, bench->field.params),
-          *moments_before = step_bench_read(bench, bench->step.weight_moments);
+    float *before = test_read(bench->field.params), *moments_before = test_read(bench->step.weight_moments);
     struct vw_push_update push = {
         .count = bench->model.moved_columns, .step_low = number, .adam = vw_adam_of(&bench->model.specialization)};
-    step_bench_write(bench, bench->step.d_weights, d_weights);
+    test_write(bench->step.d_weights, d_weights);
     step_bench_dispatch(bench, bench->step.update_weights, &push, sizeof push, push.count);
-    float *after = step_bench_read(bench, bench->field.params),
-          *moments = step_bench_read(bench, bench->step.weight_moments);
+    float *after = test_read(bench->field.params), *moments = test_read(bench->step.weight_moments);
     for (uint32_t i = 0; i < count; i++) {
         double moment1 = moments_before[i], moment2 = moments_before[count + i],
                gradient = (double)d_weights[i] * s->inverse_rays;
@@ -217,7 +212,7 @@ static void write_weight_moments(struct step_bench *bench, enum input_kind kind,
     float *moments = test_allocate(2 * count, sizeof *moments);
     if (kind != INPUT_ORDINARY) input_fill(kind, random, moments, 2 * count);
     for (size_t i = count; i < 2 * count; i++) moments[i] = fabsf(moments[i]);
-    step_bench_write(bench, bench->step.weight_moments, moments);
+    test_write(bench->step.weight_moments, moments);
 }
 
 void check_update_weights(struct step_bench *bench, enum input_kind kind) {
@@ -225,7 +220,7 @@ void check_update_weights(struct step_bench *bench, enum input_kind kind) {
     float *d_weights = test_allocate(count, sizeof *d_weights);
     struct test_random random = {.seed = bench->config.seed};
     step_bench_write_params(bench);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+    test_write(bench->field.step_state, &(struct vw_step_state){0});
     write_weight_moments(bench, kind, &random);
     for (uint32_t i = 1; i <= UPDATES; i++) {
         for (uint32_t j = 0; j < count; j++) d_weights[j] = j % 7 == 3 ? 0.0f : 16.0f * input_draw(kind, &random);

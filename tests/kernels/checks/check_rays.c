@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
-#include "support/box_geometry.h"
 #include "train/effects/field_box.h"
 
 static const double NEAR_EDGES = 0.02;     // contract of generate_rays: nothing nearer to the camera is seen
@@ -47,15 +46,43 @@ struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_box box = rays_box(bench);
     for (uint32_t i = 0; i < 3; i++) cameras[i] = vw_field_camera(&bench->model, &bench->scene->views[i], &box);
     struct vw_push_rays push = {.ray_count = bench->config.rays, .key = vw_model_key_of_step(&bench->model, STEP)};
-    step_bench_write(bench, bench->field.cameras, cameras);
+    test_write(bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
     step_bench_dispatch(bench, bench->volume->gradient.of_rays.generate, &push, sizeof push, bench->step.padded_rays);
-    return step_bench_read(bench, bench->step.ray_buffer);
+    return test_read(bench->step.ray_buffer);
 }
 
 static void point_at(const struct reference_ray *ray, double parameter, double point[3]) {
     for (int i = 0; i < 3; i++) point[i] = ray->origin[i] + parameter * ray->direction[i];
 }
+
+// ---- Distances in box coordinates, where the box is the unit cube
+// ----------------------------------------------------
+
+static double distance(const double a[3], const double b[3]) {
+    return sqrt(pow(a[0] - b[0], 2.0) + pow(a[1] - b[1], 2.0) + pow(a[2] - b[2], 2.0));
+}
+
+// Returns the distance of a point to a line whose `direction` has unit length.
+static double distance_to_line(const double point[3], const double origin[3], const double direction[3]) {
+    double along = 0.0, foot[3];
+    for (int i = 0; i < 3; i++) along += (point[i] - origin[i]) * direction[i];
+    for (int i = 0; i < 3; i++) foot[i] = origin[i] + along * direction[i];
+    return distance(point, foot);
+}
+
+// Returns the distance of a point to the box's surface, inside or outside.
+static double distance_to_face(const double point[3]) {
+    double outside = 0.0, inside = 1.0;
+    for (int i = 0; i < 3; i++) {
+        outside = fmax(outside, fmax(-point[i], point[i] - 1.0));
+        inside = fmin(inside, fmax(fmin(point[i], 1.0 - point[i]), 0.0));
+    }
+    return fmax(outside, inside);
+}
+
+// ---- Checks
+// ----------------------------------------------------------------------------------------------------------
 
 // Checks that both ends of the span lie on the reference's line, the far one on a face, the near one on a face or at
 // the near distance from the camera. Returns whether the ray hits the box.

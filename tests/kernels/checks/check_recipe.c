@@ -90,8 +90,8 @@ static void open_tracing(struct step_bench *bench, enum input_kind kind, const s
     t->cameras = test_buffer(bench->gpu, "recipe cameras", sizeof camera);
     t->shapes = test_buffer(bench->gpu, "recipe shapes", sizeof t->shape_data);
     t->pixels = test_buffer(bench->gpu, "recipe pixels", PIXELS * sizeof(struct vw_recipe_pixel));
-    step_bench_write(bench, t->cameras, &camera);
-    step_bench_write(bench, t->shapes, t->shape_data);
+    test_write(t->cameras, &camera);
+    test_write(t->shapes, t->shape_data);
     const struct vw_binding bindings[] = {{.slot = VW_SLOT_CAMERAS, .buffer = t->cameras},
                                           {.slot = VW_SLOT_RECIPE_SHAPES, .buffer = t->shapes},
                                           {.slot = VW_SLOT_RECIPE_PIXELS, .buffer = t->pixels}};
@@ -145,6 +145,6 @@ void check_trace_recipe(struct step_bench *bench, enum input_kind kind) {
     view.camera.centre_x_px = view.camera.centre_y_px = SIDE_PX / 2.0;
     open_tracing(bench, kind, &view, &tracing);
     step_bench_dispatch(bench, tracing.pass, &tracing.recipe.push, sizeof tracing.recipe.push, PIXELS);
-    struct vw_recipe_pixel *pixels = step_bench_read(bench, tracing.pixels);
+    struct vw_recipe_pixel *pixels = test_read(tracing.pixels);
     check_pixels(bench, &tracing, &view, pixels);
 }

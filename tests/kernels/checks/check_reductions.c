@@ -116,15 +116,15 @@ void check_reduce_loss(struct step_bench *bench, enum input_kind kind) {
         if (kind == INPUT_ORDINARY) losses[ray] *= exp2f(10.0f * test_random_next(&random));
         sum += losses[ray];
     }
-    step_bench_write(bench, bench->step.ray_loss, losses);
+    test_write(bench->step.ray_loss, losses);
     step_bench_take_overflows(bench);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.clamped = 77});
+    test_write(bench->field.step_state, &(struct vw_step_state){.clamped = 77});
     step_bench_dispatch(bench, bench->step.reduce_loss, &push, sizeof push, 1);
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    vw_float4 *scalars = test_read(bench->scalars);
     check_value(bench->where, "loss", 0, (double)scalars[row].x + scalars[row].y, (double)sum,
                 SUM_TOLERANCE * (double)sum + rays * FLOAT_LEAST);
     assert_true(scalars[row].z == 0.0f);
     assert_true(scalars[row].w == 77.0f);
-    const struct vw_step_state *state = step_bench_read(bench, bench->field.step_state);
+    const struct vw_step_state *state = test_read(bench->field.step_state);
     assert_int_equal(state->clamped, 0); // the next step begins anew
 }

@@ -44,18 +44,18 @@ float *scatter_rows(const struct step_bench *bench, enum input_kind kind) {
 
 static void clear_gradient(struct step_bench *bench) {
     void *zeros = test_allocate(vw_buffer_size_bytes(bench->volume->d_grid), 1);
-    step_bench_write(bench, bench->volume->d_grid, zeros);
+    test_write(bench->volume->d_grid, zeros);
 }
 
 void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *flags) {
     uint32_t samples = bench->padded_samples;
     clear_gradient(bench);
     step_bench_write_rows(bench, rows);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+    test_write(bench->field.step_state, &(struct vw_step_state){0});
     vw_submission_begin(bench->submission);
     vw_hash_record_scatter(&bench->model, &bench->volume->gradient.field, bench->submission, samples);
     step_bench_submit(bench);
-    struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
+    struct vw_step_state *after = test_read(bench->field.step_state);
     *flags = *after;
 }
 
@@ -106,7 +106,7 @@ void check_scatter_grid(struct step_bench *bench, enum input_kind kind) {
     float *rows = scatter_rows(bench, kind);
     struct vw_step_state flags;
     scatter_run(bench, rows, &flags);
-    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    uint64_t *words = test_read(bench->volume->d_grid);
     assert_int_equal(flags.nonfinite, 0);
     scatter_check(bench, rows, words, flags.clamped);
     if (kind == INPUT_ORDINARY || kind == INPUT_SATURATING) assert_true(flags.clamped > 0);

@@ -87,7 +87,7 @@ void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {
     float *rows = step_bench_new_rows(bench, &count);
     input_fill(kind, &random, rows, count);
     run_gradient_weights(bench, rows);
-    float *partials = step_bench_read(bench, bench->volume->weight_partials);
+    float *partials = test_read(bench->volume->weight_partials);
     for (uint32_t slice = 0; slice < slice_count(bench); slice++)
         check_slice(bench, rows, slice, partials + 4 * columns * slice);
 }
@@ -101,11 +101,11 @@ void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 2};
     float *partials = test_allocate(weights * slices, sizeof *partials);
     input_fill(kind, &random, partials, weights * slices);
-    step_bench_write(bench, bench->volume->weight_partials, partials);
-    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+    test_write(bench->volume->weight_partials, partials);
+    test_write(bench->field.step_state, &(struct vw_step_state){0});
     for (uint32_t chunk = 0; chunk < 2; chunk++) {
         run_reduce_weights(bench, chunk * bench->step.padded_rays);
-        float *d_weights = step_bench_read(bench, bench->step.d_weights);
+        float *d_weights = test_read(bench->step.d_weights);
         for (size_t i = 0; i < weights; i++) {
             double sum = 0.0, magnitude = 0.0, terms = (1.0 + chunk) * slices;
             for (uint32_t slice = 0; slice < slices; slice++) sum += partials[weights * slice + i];
@@ -114,6 +114,6 @@ void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
                         (1.0 + chunk) * sum, terms * (FLOAT_ROUNDING * (1.0 + chunk) * magnitude + FLOAT_LEAST));
         }
     }
-    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+    struct vw_step_state *flags = test_read(bench->field.step_state);
     assert_int_equal(flags->nonfinite, 0);
 }

@@ -50,31 +50,6 @@ void reference_mix_code_gradient(uint32_t width, const double *code_weights, con
         }
 }
 
-void reference_photo_sums_add(struct reference_photo_sums *sums, double weight, const double rendered[3],
-                              const double shown[3], const double corrected[3]) {
-    for (int c = 0; c < 3; c++)
-        if (!(corrected[c] > 0.0 && corrected[c] < 1.0)) return;
-    sums->rays += weight;
-    for (int c = 0; c < 3; c++) {
-        long double missing = (long double)shown[c] - rendered[c];
-        sums->rendered[c] += (long double)weight * rendered[c];
-        sums->squares[c] += (long double)weight * rendered[c] * rendered[c];
-        sums->missing[c] += weight * missing;
-        sums->products[c] += weight * rendered[c] * missing;
-    }
-}
-
-void reference_photo_sums_fade(struct reference_photo_sums *sums) {
-    const long double fade = 0.5L;
-    sums->rays *= fade;
-    for (int c = 0; c < 3; c++) {
-        sums->rendered[c] *= fade;
-        sums->squares[c] *= fade;
-        sums->missing[c] *= fade;
-        sums->products[c] *= fade;
-    }
-}
-
 // Eliminates the bias, which the least sum gives for any gain; a gain at its limit has the bias that goes with it.
 void reference_fit_photo(const struct reference_photo_sums *sums, struct reference_photo *photo) {
     const long double gain_pull = reference_fit_ridge, bias_pull = reference_fit_ridge + 0.1L * sums->rays,

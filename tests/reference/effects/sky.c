@@ -10,7 +10,7 @@ void reference_sky_read(const struct vw_model *model, const float *params, doubl
         if (i % 4 < 3) coefficients[i / 4][i % 4] = sky[i];
 }
 
-void reference_sky(const double coefficients[VW_SKY_COLUMNS][3], const double direction[3], double rgb[3]) {
+static void colour_of_sky(const double coefficients[VW_SKY_COLUMNS][3], const double direction[3], double rgb[3]) {
     double basis[VW_SKY_COLUMNS];
     reference_spherical_harmonics(direction, basis);
     for (int c = 0; c < 3; c++) {
@@ -32,7 +32,7 @@ void reference_sky_gradient(const double direction[3], const double d_logit[3],
         for (int c = 0; c < 3; c++) d_coefficients[k][c] += basis[k] * d_logit[c];
 }
 
-void reference_background(const struct vw_specialization *s, uint32_t ray, vw_uint4 key, double background[3]) {
+static void find_background(const struct vw_specialization *s, uint32_t ray, vw_uint4 key, double background[3]) {
     const float fixed[3] = {s->background_red, s->background_green, s->background_blue};
     uint32_t words[4];
     vw_random_words((uint64_t)key.y << 32 | key.x, VW_RANDOM_BACKGROUND, (uint64_t)key.w << 32 | key.z, ray, 0, words);
@@ -44,8 +44,8 @@ void reference_background(const struct vw_specialization *s, uint32_t ray, vw_ui
 
 void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
                         const double direction[3], uint32_t ray, vw_uint4 key, double backdrop[3]) {
-    if (s->effect_sky) reference_sky(sky, direction, backdrop);
-    else reference_background(s, ray, key, backdrop);
+    if (s->effect_sky) colour_of_sky(sky, direction, backdrop);
+    else find_background(s, ray, key, backdrop);
 }
 
 void reference_target(const struct vw_specialization *s, const struct reference_photo *photo,
@@ -53,6 +53,6 @@ void reference_target(const struct vw_specialization *s, const struct reference_
     const double shown[3] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z};
     double rgb[3], background[3], alpha = s->effect_background ? pixel->rgba.w : 1.0;
     reference_correct(photo, shown, rgb);
-    reference_background(s, ray, key, background);
+    find_background(s, ray, key, background);
     for (int i = 0; i < 3; i++) target[i] = alpha * rgb[i] + (1.0 - alpha) * background[i];
 }

@@ -185,8 +185,8 @@ static void check_fit(struct hard_finding *finding, struct view_reduction *r, st
     const struct vw_ray_range *range = &reduced_ranges[REDUCED_VIEWS - 1];
     struct vw_push_reduce push = {.count = REDUCED_VIEWS};
     struct vw_appearance fits[REDUCED_VIEWS];
-    step_bench_write(bench, r->rays, r->ray_data);
-    step_bench_write(bench, r->colours, r->colour_data);
+    test_write(r->rays, r->ray_data);
+    test_write(r->colours, r->colour_data);
     step_bench_dispatch(bench, r->fit_pass, &push, sizeof push, 64 * REDUCED_VIEWS);
     assert_int_equal(vw_buffer_read(r->fits, 0, fits, sizeof fits), VW_OK);
     *fit = fits[REDUCED_VIEWS - 1];

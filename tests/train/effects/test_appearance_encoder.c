@@ -109,7 +109,7 @@ TEST(the_references_gradient_is_the_slope) {
 // Sets the params of `without` to those of `with`, whose code is added to the weights that it shifts.
 static void fold_code(struct step_bench *with, struct step_bench *without) {
     const struct vw_specialization *s = &with->model.specialization;
-    float *shift = step_bench_read(with, with->field.effect_buffers[VW_SLOT_CODE_SHIFT]), *params = without->params;
+    float *shift = test_read(with->field.effect_buffers[VW_SLOT_CODE_SHIFT]), *params = without->params;
     memcpy(params, with->params, with->model.weights.offset_bytes + 16 * (size_t)s->encoder_column);
     params += with->model.weights.offset_bytes / sizeof *params;
     for (uint32_t unit = 0; unit < 4 * s->width4; unit++)
@@ -134,8 +134,7 @@ TEST_CASES(codes_shift_the_colour_network, i, VW_ARRAY_COUNT(cases)) {
     step_bench_gradients(with, 3);
     fold_code(with, without);
     step_bench_gradients(without, 3);
-    float *losses = step_bench_read(with, with->step.ray_loss),
-          *losses_without = step_bench_read(without, without->step.ray_loss);
+    float *losses = test_read(with->step.ray_loss), *losses_without = test_read(without->step.ray_loss);
     check_same_bits(with->where, "losses", losses, losses_without, rays * sizeof *losses);
     render(with, seen); // ends with photo 0's code
     for (uint32_t view = 0; view < 2; view++) {
@@ -290,7 +289,7 @@ static void dead_units(struct hard_finding *finding) {
         for (uint32_t i = 0; i < 4 * ENCODER4; i++) network[4 * biases[layer] + i] = -1e3f;
         step_bench_write_params(bench);
         encoder_check(finding, bench, 1);
-        float *d_weights = step_bench_read(bench, bench->step.d_weights),
+        float *d_weights = test_read(bench->step.d_weights),
               *own = d_weights + 4 * (size_t)bench->model.specialization.encoder_column;
         double most = 0.0;
         for (uint32_t i = 0; i < 4 * biases[layer]; i++) hard_equal(finding, "gradient before it", i, own[i], 0.0);

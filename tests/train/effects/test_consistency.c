@@ -39,7 +39,7 @@ static void mask(struct step_bench *bench) {
 static void take_gradients(struct step_bench *bench) {
     if (bench->volume->d_grid) {
         void *zeros = test_allocate(vw_buffer_size_bytes(bench->volume->d_grid), 1);
-        step_bench_write(bench, bench->volume->d_grid, zeros);
+        test_write(bench->volume->d_grid, zeros);
     }
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, STEP, 0);
@@ -59,8 +59,8 @@ static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
     const struct vw_consistency_effect *it = bench->step.consistency;
     const struct vw_specialization *s = &bench->model.specialization;
     const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP);
-    struct vw_ray *rays = step_bench_read(bench, it->rays);
-    vw_float4 *samples = step_bench_read(bench, bench->volume->samples);
+    struct vw_ray *rays = test_read(it->rays);
+    vw_float4 *samples = test_read(bench->volume->samples);
     struct reference_point *points = test_allocate(s->samples, sizeof *points);
     double sky[VW_SKY_COLUMNS][3];
     reference_sky_read(&bench->model, bench->params, sky);
@@ -78,7 +78,7 @@ static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
 }
 
 static void read_thumbnail(struct step_bench *bench, struct reference_photo_encoding *encoding) {
-    const vw_float4 *found = step_bench_read(bench, bench->step.consistency->thumbnail);
+    const vw_float4 *found = test_read(bench->step.consistency->thumbnail);
     for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
         const double values[4] = {found[i].x, found[i].y, found[i].z, found[i].w};
         memcpy(encoding->thumbnail[i], values, sizeof values);
@@ -107,11 +107,10 @@ static void check_back(struct step_bench *bench, const double *network, const st
     const struct vw_consistency_effect *it = bench->step.consistency;
     const uint32_t columns[] = {0, ENCODER_LAYER2, ENCODER_LAYER3, ENCODER_CODE, ENCODER_SHIFT};
     static double d_thumbnail[THUMBNAIL_PIXELS][4];
-    float *own = step_bench_read(bench, it->d_weights),
-          *of_encoder = own + 4 * (size_t)bench->model.specialization.encoder_column;
+    float *own = test_read(it->d_weights), *of_encoder = own + 4 * (size_t)bench->model.specialization.encoder_column;
     double *expected = test_allocate(4 * ENCODER_SHIFT, sizeof *expected), d_code[REFERENCE_CODE],
            (*d_colours)[3] = test_allocate(it->ray_count, sizeof *d_colours), scale;
-    struct vw_ray *rays = step_bench_read(bench, it->rays);
+    struct vw_ray *rays = test_read(it->rays);
     for (int k = 0; k < REFERENCE_CODE; k++)
         d_code[k] = WEIGHT * bench->config.rays / REFERENCE_CODE * copysign(1.0, seen->code[k] - given->code[k]);
     reference_code_gradient(network, seen, d_code, expected, d_thumbnail);
@@ -131,8 +130,8 @@ static void check_back(struct step_bench *bench, const double *network, const st
 
 static void check_codes(struct step_bench *bench) {
     const struct vw_consistency_effect *it = bench->step.consistency;
-    float *params = step_bench_read(bench, bench->field.params), *seen_rows = step_bench_read(bench, it->encoder_rows),
-          *given_rows = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
+    float *params = test_read(bench->field.params), *seen_rows = test_read(it->encoder_rows),
+          *given_rows = test_read(bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
     double *network = encoder_network(bench, params);
     struct reference_photo_encoding *seen = test_allocate(1, sizeof *seen), *given;
     read_thumbnail(bench, seen);
@@ -146,7 +145,7 @@ static void check_codes(struct step_bench *bench) {
 TEST_CASES(passes_are_the_references, i, VW_ARRAY_COUNT(cases)) {
     struct step_bench *bench = open_case(i, WEIGHT);
     take_gradients(bench);
-    vw_float4 *colours = step_bench_read(bench, bench->step.consistency->colours);
+    vw_float4 *colours = test_read(bench->step.consistency->colours);
     if (!cases[i].importance_samples) check_colours(bench, colours);
     check_thumbnail(bench, colours);
     check_codes(bench);
@@ -156,10 +155,10 @@ TEST_CASES(passes_are_the_references, i, VW_ARRAY_COUNT(cases)) {
 
 // Returns the sum over rays, in double from the device's codes. The one given depends on the encoder alone.
 static double loss_of(struct step_bench *bench, const float *params) {
-    step_bench_write(bench, bench->field.params, params);
+    test_write(bench->field.params, params);
     take_gradients(bench);
-    float *seen = step_bench_read(bench, bench->step.consistency->encoder_rows),
-          *given = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
+    float *seen = test_read(bench->step.consistency->encoder_rows),
+          *given = test_read(bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
     double sum = 0.0;
     for (uint32_t k = 4 * ENCODER_ROW_CODE; k < 4 * ENCODER_ROWS; k++) sum += fabs((double)seen[k] - given[k]);
     return WEIGHT * bench->config.rays / REFERENCE_CODE * sum;
@@ -188,11 +187,11 @@ static double *read_gradient(struct step_bench *bench) {
     const struct vw_model *model = &bench->model;
     size_t count = model->param_bytes / sizeof(float), features = 2 * (size_t)vw_volume_of(model)->pair_count;
     double *gradient = test_allocate(count, sizeof *gradient);
-    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    float *d_weights = test_read(bench->step.d_weights);
     for (size_t i = 0; i < 4 * (size_t)model->moved_columns; i++)
         gradient[model->weights.offset_bytes / sizeof(float) + i] = d_weights[i];
     if (!bench->volume->d_grid) return gradient;
-    uint64_t *words = step_bench_read(bench, bench->volume->d_grid);
+    uint64_t *words = test_read(bench->volume->d_grid);
     int64_t *quanta = test_allocate(features, sizeof *quanta);
     reference_unpack_grid(model, words, quanta);
     for (size_t i = 0; i < features; i++)
@@ -230,8 +229,8 @@ TEST_CASES(it_is_added_to_the_step, i, VW_ARRAY_COUNT(cases)) {
     take_gradients(with);
     take_gradients(without);
     take_gradients(alone);
-    float *both = step_bench_read(with, with->step.d_weights), *one = step_bench_read(without, without->step.d_weights),
-          *other = step_bench_read(alone, alone->step.d_weights);
+    float *both = test_read(with->step.d_weights), *one = test_read(without->step.d_weights),
+          *other = test_read(alone->step.d_weights);
     uint32_t differing = 0;
     for (uint32_t k = 0; k < count; k++) {
         float sum = one[k] + other[k];
@@ -310,8 +309,8 @@ static void equal_codes(struct hard_finding *finding) {
     step_bench_write_params(bench);
     step_bench_gradients(bench, 1);
     struct vw_consistency_effect *it = bench->step.consistency;
-    float *own = step_bench_read(bench, it->d_weights);
-    struct vw_ray *rays = step_bench_read(bench, it->rays);
+    float *own = test_read(it->d_weights);
+    struct vw_ray *rays = test_read(it->rays);
     for (uint32_t i = 0; i < 4 * bench->model.moved_columns; i++) hard_equal(finding, "gradient", i, own[i], 0.0);
     for (uint32_t i = 0; i < it->padded_rays; i++) hard_equal(finding, "slope", i, rays[i].target_weight.x, 0.0);
 }

@@ -74,18 +74,18 @@ static struct step_bench *open_case(size_t index) {
 }
 
 static void pose_now(struct step_bench *bench, double pose[REFERENCE_POSE]) {
-    reference_pose_of(&bench->model, step_bench_read(bench, bench->field.params), bench->view, pose);
+    reference_pose_of(&bench->model, test_read(bench->field.params), bench->view, pose);
 }
 
 static struct taken take(struct step_bench *bench) {
     struct taken it = {.bench = bench, .view = &bench->scene->views[bench->view]};
     step_bench_gradients(bench, STEP);
-    it.params = reference_params_create(&bench->model, step_bench_read(bench, bench->field.params));
+    it.params = reference_params_create(&bench->model, test_read(bench->field.params));
     pose_now(bench, it.pose);
     it.step = step_bench_reference(bench);
     it.rows = step_bench_read_rows(bench);
-    it.d_positions = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSITIONS]);
-    it.d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]);
+    it.d_positions = test_read(bench->step.effect_buffers[VW_SLOT_D_POSITIONS]);
+    it.d_poses = test_read(bench->step.effect_buffers[VW_SLOT_D_POSES]);
     return it;
 }
 
@@ -287,12 +287,11 @@ static void check_move(struct step_bench *bench, uint64_t number, double slack) 
     struct vw_buffer *moment_buffer = bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS];
     size_t first = bench->model.ranges[VW_SLOT_POSES].offset_bytes / 4,
            all = bench->model.ranges[VW_SLOT_POSES].size_bytes;
-    float *before = step_bench_read(bench, bench->field.params);
-    struct vw_pose_moments *moments = step_bench_read(bench, moment_buffer);
+    float *before = test_read(bench->field.params);
+    struct vw_pose_moments *moments = test_read(moment_buffer);
     step_bench_step(bench, number);
-    float *after = step_bench_read(bench, bench->field.params),
-          *d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]);
-    struct vw_pose_moments *moments_after = step_bench_read(bench, moment_buffer);
+    float *after = test_read(bench->field.params), *d_poses = test_read(bench->step.effect_buffers[VW_SLOT_D_POSES]);
+    struct vw_pose_moments *moments_after = test_read(moment_buffer);
     double pose[REFERENCE_POSE], moved[REFERENCE_POSE], gradient[REFERENCE_POSE], force[3] = {0}, torque[3] = {0};
     reference_pose_of(&bench->model, before, bench->view, pose);
     reference_pose_of(&bench->model, after, bench->view, moved);
@@ -318,11 +317,11 @@ static void check_move(struct step_bench *bench, uint64_t number, double slack) 
 
 static void check_stays(struct step_bench *bench, uint64_t number) {
     size_t first = bench->model.ranges[VW_SLOT_POSES].offset_bytes / 4;
-    float *before = step_bench_read(bench, bench->field.params);
-    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
+    float *before = test_read(bench->field.params);
+    struct vw_pose_moments *moments = test_read(bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
     step_bench_step(bench, number);
-    float *after = step_bench_read(bench, bench->field.params);
-    struct vw_pose_moments *moments_after = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
+    float *after = test_read(bench->field.params);
+    struct vw_pose_moments *moments_after = test_read(bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
     check_same_bits(bench->where, "poses", after + first, before + first,
                     bench->model.ranges[VW_SLOT_POSES].size_bytes);
     check_same_bits(bench->where, "moments", moments_after, moments,
@@ -349,9 +348,9 @@ static void place(struct step_bench *bench, const double position[3], const doub
     struct vw_view *view = &bench->scene->views[bench->view];
     rays_look(view, &bench->model.box, position, target);
     view->camera.focal_x_px = view->camera.focal_y_px = focal_px;
-    struct vw_gpu_camera *cameras = step_bench_read(bench, bench->field.cameras);
+    struct vw_gpu_camera *cameras = test_read(bench->field.cameras);
     cameras[bench->view] = vw_field_camera(&bench->model, view, &bench->model.box);
-    step_bench_write(bench, bench->field.cameras, cameras);
+    test_write(bench->field.cameras, cameras);
 }
 
 // Checks rays and moves from the bench's cameras. Returns how many rays hit the box.
@@ -388,7 +387,7 @@ static void rays_that_miss(struct hard_finding *finding) {
     pose_now(bench, before);
     check_move(bench, LATE, 2e-3 * bench->model.specialization.learning_rate);
     pose_now(bench, after);
-    struct vw_pose *d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]), zero = {0};
+    struct vw_pose *d_poses = test_read(bench->step.effect_buffers[VW_SLOT_D_POSES]), zero = {0};
     for (uint32_t i = 0; i < bench->step.padded_rays; i++)
         hard_same_bits(finding, "what a ray says", &d_poses[i], &zero, sizeof zero);
     for (int i = 0; i < REFERENCE_POSE; i++)
@@ -401,8 +400,7 @@ static void photos_without_pixels(struct hard_finding *finding) {
     hard_write_pixels(bench);
     step_bench_step(bench, LATE);
     struct hard_state state = hard_state_read(bench);
-    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]),
-                           unvisited = {0};
+    struct vw_pose_moments *moments = test_read(bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]), unvisited = {0};
     hard_same_bits(finding, "params", state.grid.grid, bench->params, bench->model.param_bytes);
     hard_equal(finding, "visits", 0, moments[bench->view].visits, 1.0);
     for (uint32_t view = 0; view < 3; view++)

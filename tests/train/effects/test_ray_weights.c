@@ -25,9 +25,7 @@ static struct step_bench *open_with(const struct step_case *setup, float size, f
 }
 
 // Reads, for every ray, how much it counts, and the gradient by that.
-static float *weights_of(struct step_bench *bench) {
-    return step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY]);
-}
+static float *weights_of(struct step_bench *bench) { return test_read(bench->step.effect_buffers[VW_SLOT_VISIBILITY]); }
 
 // Returns how many params are not finite after three steps.
 static double count_lost(struct step_bench *bench) {
@@ -74,7 +72,7 @@ static void none_certain(struct hard_finding *finding) {
 static void check_all(struct hard_finding *finding, const struct step_case *setup) {
     struct step_bench *bench = open_with(setup, 1.0f, 1e4f);
     hard_check_step(finding, bench, 1);
-    float *weights = weights_of(bench), *losses = step_bench_read(bench, bench->step.ray_loss);
+    float *weights = weights_of(bench), *losses = test_read(bench->step.ray_loss);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         hard_equal(finding, "weight", ray, weights[2 * ray], 1.0);
         if (setup == &visibility) hard_equal(finding, "gradient by it", ray, weights[2 * ray + 1], losses[ray]);
@@ -96,8 +94,7 @@ static void check_masked(struct hard_finding *finding, const struct step_case *s
     hard_same_bits(finding, "params", state.grid.grid, bench->params, bench->model.param_bytes);
     hard_equal(finding, "loss", 0, state.scalars.x, 0.0);
     if (setup == &uncertainty) return;
-    struct vw_visibility_moments *moments =
-        step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
+    struct vw_visibility_moments *moments = test_read(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
     hard_equal(finding, "visits", 0, moments[bench->view].visits, 1.0);
     hard_equal(finding, "visits of another photo", 0, moments[1 - bench->view].visits, 0.0);
 }
@@ -147,7 +144,7 @@ static void constant_features(struct hard_finding *finding) {
 static void no_error(struct hard_finding *finding) {
     struct step_bench *bench = open_with(&uncertainty, 0.0f, 0.0f);
     struct vw_evaluator *evaluator = step_bench_evaluate(bench);
-    vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+    vw_float4 *colours = test_read(evaluator->colours);
     for (uint32_t i = 0; i < bench->config.rays; i++)
         bench->pixels[i].rgba = (vw_float4){colours[i].x, colours[i].y, colours[i].z, 1.0f};
     hard_write_pixels(bench);

@@ -39,7 +39,7 @@ static void opaque_rays(struct hard_finding *finding) {
     for (uint32_t i = 0; i < 4 * VW_SKY_COLUMNS; i++)
         hard_compare(finding, "gradient of an unseen sky", i, d_sky_of(bench, &gradients)[i], 0.0, 1.0, UNSEEN);
     hard_check_step(finding, bench, 2);
-    float *params = step_bench_read(bench, bench->field.params);
+    float *params = test_read(bench->field.params);
     hard_same_bits(finding, "a sky that no ray saw", params + (sky_of(bench) - bench->params), sky_of(bench),
                    bench->model.ranges[VW_SLOT_SKY].size_bytes);
 }
@@ -49,7 +49,7 @@ static void empty_rays(struct hard_finding *finding) {
     hard_set_density(bench, -1e6f);
     hard_check_step(finding, bench, 1);
     hard_check_rendering(finding, bench);
-    float *params = step_bench_read(bench, bench->field.params);
+    float *params = test_read(bench->field.params);
     hard_same_bits(finding, "a field that no light met", params, bench->params,
                    bench->model.ranges[VW_SLOT_SKY].offset_bytes);
     hard_require(finding,
@@ -142,8 +142,8 @@ static void transparent_before_random_colours(struct hard_finding *finding) {
     vw_float4 last = {0};
     for (uint64_t number = 1; number <= 3; number++) {
         hard_check_step(finding, bench, number);
-        struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-        float *losses = step_bench_read(bench, bench->step.ray_loss);
+        struct vw_ray *rays = test_read(bench->step.ray_buffer);
+        float *losses = test_read(bench->step.ray_loss);
         for (uint32_t i = 0; i < bench->config.rays; i++)
             hard_equal(finding, "loss of a ray through nothing", i, losses[i], 0.0);
         hard_require(finding, rays[0].target_weight.x != rays[1].target_weight.x, "every ray has a colour of its own");
@@ -161,7 +161,7 @@ static void opaque_before_random_colours(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&random);
     set_alpha(bench, 1.0f);
     hard_check_step(finding, bench, 1);
-    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+    struct vw_ray *rays = test_read(bench->step.ray_buffer);
     for (uint32_t i = 0; i < bench->config.rays; i++)
         hard_same_bits(finding, "target of an opaque pixel", &rays[i].target_weight, &bench->pixels[i].rgba,
                        3 * sizeof(float));

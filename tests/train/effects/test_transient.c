@@ -92,8 +92,8 @@ static void read_samples(struct transient_step *step) {
     struct step_bench *bench = step->bench;
     const struct vw_specialization *s = &bench->model.specialization;
     bool hash = bench->config.field == VW_FIELD_HASH;
-    float *rows = step_bench_read(bench, hash ? bench->field.head_rows : bench->field.rows);
-    vw_float4 *samples = step_bench_read(bench, bench->volume->samples);
+    float *rows = test_read(hash ? bench->field.head_rows : bench->field.rows);
+    vw_float4 *samples = test_read(bench->volume->samples);
     struct reference_mlp mlp;
     reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
     // The features of the field mlp follow encodings, trunk and density.
@@ -212,7 +212,7 @@ static void find_slopes(struct transient_step *step, uint32_t sample, double slo
 static void check_rendered(const struct transient_step *step) {
     struct step_bench *bench = step->bench;
     if (!bench->step.effect_buffers[VW_SLOT_RENDERED]) return;
-    vw_float4 *rendered = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_RENDERED]);
+    vw_float4 *rendered = test_read(bench->step.effect_buffers[VW_SLOT_RENDERED]);
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) {
         double colour[3];
         ray_loss_of(step, ray, colour);
@@ -225,10 +225,9 @@ static void check_rendered(const struct transient_step *step) {
 static void check_rays(struct transient_step *step, size_t c) {
     struct step_bench *bench = step->bench;
     const struct vw_specialization *s = &bench->model.specialization;
-    float *losses = step_bench_read(bench, bench->step.ray_loss),
-          *d_samples = step_bench_read(bench, bench->volume->d_samples),
-          *d_rows = step_bench_read(bench, bench->field.d_rows);
-    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    float *losses = test_read(bench->step.ray_loss), *d_samples = test_read(bench->volume->d_samples),
+          *d_rows = test_read(bench->field.d_rows);
+    vw_float4 *scalars = test_read(bench->scalars);
     double(*slopes)[SLOPES] = test_allocate(step->sample_count, sizeof *slopes), most[SLOPES] = {0};
     assert_true(scalars->z == 0.0f);
     check_rendered(step);
@@ -268,7 +267,7 @@ static void check_layer(struct transient_step *step, const struct reference_laye
 }
 
 static void check_head(struct transient_step *step) {
-    float *d_weights = step_bench_read(step->bench, step->bench->step.d_weights);
+    float *d_weights = test_read(step->bench->step.d_weights);
     for (uint32_t l = 0; l < step->head.count; l++) {
         const struct reference_layer *layer = &step->head.layers[l];
         check_layer(step, layer, l + 1 < step->head.count ? layer[1].first_at : step->head.end_at, d_weights);
@@ -280,7 +279,7 @@ static void check_code_moves(struct step_bench *bench) {
     const struct vw_param_range *codes = &bench->model.ranges[VW_SLOT_TRANSIENT_CODES];
     step_bench_step(bench, STEP);
     struct transient_step *step = open_step(bench);
-    float *after = step_bench_read(bench, bench->field.params);
+    float *after = test_read(bench->field.params);
     double slopes[REFERENCE_TRANSIENT_CODE], rate = 20.0 * bench->config.learning_rate;
     for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
         slopes[k] = slope_by(step, ALL_RAYS, &step->code[k]) / bench->config.rays + 0.01 * step->code[k];
@@ -302,7 +301,7 @@ static void check_hash_features(struct transient_step *step, size_t c) {
     struct step_bench *bench = step->bench;
     const struct vw_specialization *s = &bench->model.specialization;
     const struct step_rows at = step_bench_rows(bench);
-    float *d_rows = step_bench_read(bench, bench->field.d_rows), *rows = step_bench_read_rows(bench);
+    float *d_rows = test_read(bench->field.d_rows), *rows = step_bench_read_rows(bench);
     const float *weights = weights_of(bench);
     double most = 0.0, most_all = 0.0;
     for (uint32_t i = 0; i < step->sample_count; i++)
@@ -374,7 +373,7 @@ static void check_mlp_trunk(struct transient_step *step) {
     reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, mlp);
     trunk.sample = reference_mlp_samples(mlp, 1);
     if (bench->model.ranges[VW_SLOT_CODES].size_bytes) find_shift(bench, trunk.shift);
-    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    float *d_weights = test_read(bench->step.d_weights);
     for (uint32_t l = 0; l < mlp->count; l++) {
         uint32_t first = mlp->layers[l].first_at,
                  end = l + 1 < mlp->count ? mlp->layers[l + 1].first_at : mlp->param_count;

@@ -113,7 +113,7 @@ TEST_CASES(gradients_are_those_of_finite_differences, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, true, false);
     const struct vw_splat_state state = splat_bench_state(bench);
-    const float(*d_splats)[4] = splat_bench_read(bench, bench->gradient.d_splats);
+    const float(*d_splats)[4] = test_read(bench->gradient.d_splats);
     struct frozen f = freeze(bench);
     uint32_t compared = 0, stride = test_is_full() ? 1 : 5;
     for (uint32_t number = 0; number < 4 * bench->columns; number++) {
@@ -159,9 +159,9 @@ TEST_CASES(splats_move_by_their_own_adam, index, 3) {
         bench->push.tile_count = step == 2 ? bench->tile_count / 2 : bench->tile_count; // some splats are not seen
         splat_bench_run(bench, true, true);
         const struct vw_splat_state state = splat_bench_state(bench);
-        const struct vw_splat_seen *seen = splat_bench_read(bench, bench->drawing.seen);
-        const float(*d)[4] = splat_bench_read(bench, bench->gradient.d_splats);
-        const float(*after)[4] = splat_bench_read(bench, bench->param_buffer);
+        const struct vw_splat_seen *seen = test_read(bench->drawing.seen);
+        const float(*d)[4] = test_read(bench->gradient.d_splats);
+        const float(*after)[4] = test_read(bench->param_buffer);
         uint8_t *touched = test_allocate(bench->count, 1);
         for (uint32_t rank = 0; rank < state.seen; rank++) {
             if (d[SPLAT_SCALE * bench->room.splats + rank][3] == 0.0f) continue;
@@ -200,12 +200,12 @@ TEST_CASES(splats_move_by_their_own_adam, index, 3) {
 
 static void assert_skipped(struct splat_bench *bench, bool overflow) {
     splat_bench_run(bench, true, true);
-    const struct vw_step_state *step = splat_bench_read(bench, bench->step_state);
+    const struct vw_step_state *step = test_read(bench->step_state);
     assert_int_equal(step->nonfinite, 1);
     assert_int_equal(splat_bench_state(bench).overflow, overflow);
-    const float *after = splat_bench_read(bench, bench->param_buffer);
+    const float *after = test_read(bench->param_buffer);
     assert_memory_equal(after, bench->params, vw_splat_param_bytes(&bench->room));
-    const float *moments = splat_bench_read(bench, bench->gradient.moment2);
+    const float *moments = test_read(bench->gradient.moment2);
     for (size_t i = 0; i < vw_splat_param_bytes(&bench->room) / 4; i++) assert_true(moments[i] == 0.0f);
 }
 

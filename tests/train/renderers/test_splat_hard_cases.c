@@ -21,13 +21,13 @@ static void set(struct splat_bench *bench, uint32_t splat, uint32_t column, floa
 static void run_soundly(struct splat_bench *bench) {
     splat_bench_write(bench);
     splat_bench_run(bench, true, true);
-    const struct vw_step_state *step = splat_bench_read(bench, bench->step_state);
+    const struct vw_step_state *step = test_read(bench->step_state);
     const struct vw_splat_state state = splat_bench_state(bench);
     assert_int_equal(step->nonfinite, 0);
     assert_int_equal(state.overflow, 0);
-    const float *colours = splat_bench_read(bench, bench->drawing.colours);
+    const float *colours = test_read(bench->drawing.colours);
     for (size_t i = 0; i < (size_t)4 * bench->ray_count; i++) assert_true(isfinite(colours[i]));
-    const float(*d_splats)[4] = splat_bench_read(bench, bench->gradient.d_splats);
+    const float(*d_splats)[4] = test_read(bench->gradient.d_splats);
     for (uint32_t column = 0; column < bench->columns; column++)
         for (uint32_t rank = 0; rank < state.seen; rank++)
             for (uint32_t i = 0; i < 4; i++)
@@ -35,7 +35,7 @@ static void run_soundly(struct splat_bench *bench) {
 }
 
 static uint32_t pairs_of(struct splat_bench *bench, uint32_t splat) {
-    const struct vw_splat_seen *seen = splat_bench_read(bench, bench->drawing.seen);
+    const struct vw_splat_seen *seen = test_read(bench->drawing.seen);
     const struct vw_splat_state state = splat_bench_state(bench);
     for (uint32_t rank = 0; rank < state.seen; rank++)
         if (seen[rank].sighting == splat) return seen[rank].pairs;
@@ -144,10 +144,10 @@ TEST(no_splat_in_view_leaves_the_background) {
     for (uint32_t i = 0; i < 12; i++) place(bench, i, -1.0f);
     run_soundly(bench);
     assert_int_equal(splat_bench_state(bench).pairs, 0);
-    const float(*colours)[4] = splat_bench_read(bench, bench->drawing.colours);
+    const float(*colours)[4] = test_read(bench->drawing.colours);
     for (uint32_t ray = 0; ray < bench->ray_count; ray++)
         assert_true(colours[ray][0] == 0.0f && colours[ray][3] == 1.0f);
-    const float *after = splat_bench_read(bench, bench->param_buffer);
+    const float *after = test_read(bench->param_buffer);
     assert_memory_equal(after, bench->params, vw_splat_param_bytes(&bench->room));
 }
 
@@ -164,7 +164,7 @@ static float *take_steps(const struct splat_case *setup, uint64_t *bytes) {
     for (int step = 0; step < 10; step++) splat_bench_run(bench, true, true);
     *bytes = vw_buffer_size_bytes(bench->param_buffer);
     assert_int_equal(splat_bench_state(bench).overflow, 0);
-    return splat_bench_read(bench, bench->param_buffer);
+    return test_read(bench->param_buffer);
 }
 
 TEST_CASES(two_runs_have_equal_bits, index, 2) {
@@ -179,12 +179,12 @@ TEST_CASES(two_runs_have_equal_bits, index, 2) {
 TEST(earlier_tiles_do_not_matter) {
     struct splat_bench *bench = splat_bench_open(&(struct splat_case){"lists", .seed = 63, .degree = 1});
     splat_bench_run(bench, false, false);
-    const float *all = splat_bench_read(bench, bench->drawing.colours);
+    const float *all = test_read(bench->drawing.colours);
     uint32_t tiles = bench->tile_count, half = tiles / 2, pixels = bench->s.side * bench->s.side;
     bench->push.first_tile = half;
     bench->push.tile_count = tiles - half;
     splat_bench_run(bench, false, false); // the map still has all tiles
-    const float *some = splat_bench_read(bench, bench->drawing.colours);
+    const float *some = test_read(bench->drawing.colours);
     assert_memory_equal(some, all + (size_t)4 * half * pixels, (size_t)16 * (tiles - half) * pixels);
 }
 

@@ -31,7 +31,7 @@ enum { CASES = sizeof cases / sizeof cases[0] };
 TEST_CASES(shapes_are_those_of_the_reference, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, false, false);
-    const struct vw_splat_shape *shapes = splat_bench_read(bench, bench->drawing.shapes);
+    const struct vw_splat_shape *shapes = test_read(bench->drawing.shapes);
     double numbers[REFERENCE_SPLAT_NUMBERS];
     for (uint32_t sighting = 0; sighting < bench->count * bench->room.views; sighting++) {
         const struct reference_splat_view view = splat_bench_view(bench, sighting / bench->count);
@@ -137,7 +137,7 @@ static void list_tile(struct splat_bench *bench, uint32_t tile, struct tile_list
 
 // Reads what is drawn, as the reference has it, so that passes after it are judged alone.
 static struct reference_splat_shape *drawn_shapes(struct splat_bench *bench, uint32_t seen) {
-    const float(*drawn)[12] = splat_bench_read(bench, bench->drawing.drawn);
+    const float(*drawn)[12] = test_read(bench->drawing.drawn);
     struct reference_splat_shape *shapes = test_allocate(seen + 1, sizeof *shapes);
     for (uint32_t rank = 0; rank < seen; rank++)
         shapes[rank] = (struct reference_splat_shape){.shown = true,
@@ -152,7 +152,7 @@ TEST_CASES(colours_are_those_of_the_reference, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, false, false);
     const struct reference_splat_shape *shapes = drawn_shapes(bench, splat_bench_state(bench).seen);
-    const float(*colours)[4] = splat_bench_read(bench, bench->drawing.colours);
+    const float(*colours)[4] = test_read(bench->drawing.colours);
     uint32_t pixels = bench->s.side * bench->s.side;
     uint32_t flips = 0;
     for (uint32_t tile = 0; tile < bench->tile_count; tile++) {
@@ -181,8 +181,8 @@ TEST_CASES(sums_of_pairs_are_those_of_the_reference, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, true, false);
     const struct reference_splat_shape *shapes = drawn_shapes(bench, splat_bench_state(bench).seen);
-    const float(*d_colours)[4] = splat_bench_read(bench, bench->gradient.d_colours);
-    const float(*d_pairs)[12] = splat_bench_read(bench, bench->gradient.d_pairs);
+    const float(*d_colours)[4] = test_read(bench->gradient.d_colours);
+    const float(*d_pairs)[12] = test_read(bench->gradient.d_pairs);
     uint32_t pixels = bench->s.side * bench->s.side, compared = 0, off = 0;
     for (uint32_t tile = 0; tile < bench->tile_count; tile++) {
         const size_t before = test_owned();
@@ -217,9 +217,9 @@ TEST_CASES(sums_of_pairs_are_those_of_the_reference, index, CASES) {
 TEST(losses_and_slopes_are_of_what_is_seen) {
     struct splat_bench *bench = splat_bench_open(&cases[0]);
     splat_bench_run(bench, true, false);
-    const float(*colours)[4] = splat_bench_read(bench, bench->drawing.colours);
-    const float(*d_colours)[4] = splat_bench_read(bench, bench->gradient.d_colours);
-    const float *losses = splat_bench_read(bench, bench->ray_loss);
+    const float(*colours)[4] = test_read(bench->drawing.colours);
+    const float(*d_colours)[4] = test_read(bench->gradient.d_colours);
+    const float *losses = test_read(bench->ray_loss);
     const double backdrop[3] = {0.2, 0.7, 0.4};
     for (uint32_t ray = 0; ray < bench->ray_count; ray++) {
         const vw_float4 t = bench->rays[ray].target_weight;

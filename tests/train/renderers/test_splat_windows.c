@@ -38,7 +38,7 @@ static struct square *find_square(struct square *squares, uint32_t *count, uint3
 
 // Collects what was drawn, square by square, by the place of each ray alone.
 static struct square *collect(struct splat_bench *bench, uint32_t *count) {
-    const float(*colours)[4] = splat_bench_read(bench, bench->drawing.colours);
+    const float(*colours)[4] = test_read(bench->drawing.colours);
     struct square *squares = test_allocate(bench->tile_count, sizeof *squares);
     *count = 0;
     for (uint32_t ray = 0; ray < bench->ray_count; ray++) {
@@ -76,7 +76,7 @@ static double certainty_at(const struct splat_bench *bench, const struct square 
 // Checks losses, and the gradients by what rays count: of the loss, and of the cost of doubt.
 static void check_losses(struct splat_bench *bench, const struct square *square, const float *losses) {
     static double windows[3][PIXELS];
-    const float(*ray_weights)[2] = bench->ray_weights ? splat_bench_read(bench, bench->ray_weights) : NULL;
+    const float(*ray_weights)[2] = bench->ray_weights ? test_read(bench->ray_weights) : NULL;
     double share = bench->s.ssim_weight, slope, certain_loss = reference_certain_loss(&bench->s.run, 0);
     for (int c = 0; c < 3; c++) reference_splat_windows(&square->channels[c], windows[c]);
     for (uint32_t i = 0; i < PIXELS; i++) {
@@ -125,8 +125,8 @@ static void check_gradient(struct splat_bench *bench, const struct square *squar
 TEST_CASES(losses_and_gradients_are_those_of_the_reference, index, CASES) {
     struct splat_bench *bench = splat_bench_open(&cases[index]);
     splat_bench_run(bench, true, false);
-    const float *losses = splat_bench_read(bench, bench->ray_loss);
-    const float(*d_colours)[4] = splat_bench_read(bench, bench->gradient.d_colours);
+    const float *losses = test_read(bench->ray_loss);
+    const float(*d_colours)[4] = test_read(bench->gradient.d_colours);
     uint32_t count;
     const struct square *squares = collect(bench, &count);
     assert_true(count >= 2);
@@ -146,8 +146,8 @@ TEST(constant_squares_are_compared_by_their_means) {
         bench->rays[i].target_weight = (vw_float4){0.2f, 0.6f, 0.0f, bench->rays[i].target_weight.w};
     ASSERT_OK(vw_buffer_write(bench->ray_buffer, 0, bench->rays, bench->ray_count * sizeof *bench->rays));
     splat_bench_run(bench, true, false);
-    const float *losses = splat_bench_read(bench, bench->ray_loss);
-    const float(*d_colours)[4] = splat_bench_read(bench, bench->gradient.d_colours);
+    const float *losses = test_read(bench->ray_loss);
+    const float(*d_colours)[4] = test_read(bench->gradient.d_colours);
     double green = 1.0 - (2 * 0.7 * 0.6 + 1e-4) / (0.7 * 0.7 + 0.6 * 0.6 + 1e-4),
            blue = 1.0 - 1e-4 / (0.4 * 0.4 + 1e-4);
     for (uint32_t i = 0; i < bench->ray_count; i++) {
@@ -161,8 +161,7 @@ TEST(constant_squares_are_compared_by_their_means) {
 TEST(pixels_that_do_not_count_change_nothing) {
     struct splat_bench *bench = splat_bench_open(&cases[0]);
     splat_bench_run(bench, true, false);
-    const float *losses = splat_bench_read(bench, bench->ray_loss),
-                *slopes = splat_bench_read(bench, bench->gradient.d_colours);
+    const float *losses = test_read(bench->ray_loss), *slopes = test_read(bench->gradient.d_colours);
     uint32_t hidden = 0;
     for (uint32_t i = 0; i < bench->ray_count; i++) {
         if (bench->rays[i].target_weight.w > 0.0f) continue;
@@ -172,8 +171,7 @@ TEST(pixels_that_do_not_count_change_nothing) {
     ASSERT_OK(vw_buffer_write(bench->ray_buffer, 0, bench->rays, bench->ray_count * sizeof *bench->rays));
     splat_bench_run(bench, true, false);
     assert_true(hidden > 50 && hidden < bench->ray_count - 50);
-    const float *losses_after = splat_bench_read(bench, bench->ray_loss),
-                *slopes_after = splat_bench_read(bench, bench->gradient.d_colours);
+    const float *losses_after = test_read(bench->ray_loss), *slopes_after = test_read(bench->gradient.d_colours);
     for (uint32_t i = 0; i < bench->ray_count; i++) assert_true(losses_after[i] == losses[i]);
     for (uint32_t i = 0; i < 4 * bench->ray_count; i++) assert_true(slopes_after[i] == slopes[i]);
 }
