@@ -189,13 +189,6 @@ bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
 // Returns the same without regard to mask files.
 bool vw_view_can_use(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
 
-// Depths along a view's axis (world units, > 0) of the points that it sees, by its tracks. The depths of view v are
-// (*depths)[(*ends)[v - 1]] to (*depths)[(*ends)[v] - 1], unsorted; view 0 begins at 0. `counts` says which tracks
-// count; NULL: all. The caller frees both arrays.
-typedef bool vw_track_filter(const void *context, const struct vw_track *track);
-enum vw_status vw_scene_depths(const struct vw_scene *scene, vw_track_filter *counts, const void *context,
-                               uint32_t **ends, double **depths);
-
 // Computes the direction in camera axes (OpenGL, not normalised, z = -1) of the ray through image position (x_px,
 // y_px). Newton's method in double inverts the lens distortion. Returns false if the distortion has no inverse there,
 // or if the ray of a fisheye is 1.55 radians or more off the axis.

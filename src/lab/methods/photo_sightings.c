@@ -130,7 +130,7 @@ static void add_rays(struct work *work) {
 
 // ---- Reprojection ----
 
-// Sorts the errors by photo, as vw_scene_depths() does its depths.
+// Sorts the errors by photo.
 static enum vw_status find_reprojection(struct work *work) {
     const struct vw_scene *scene = work->scene;
     uint32_t *ends = vw_allocate((size_t)work->photo_count + 1, sizeof *ends);
