@@ -16,7 +16,7 @@
 #include "run/imported/imported_run.h"
 #include "run/recorded/scored_run.h"
 #include "scene/builder.h"
-#include "scene/formats/train_list.h"
+#include "scene/formats/photo_list.h"
 #include "viewworth/log.h"
 
 static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings are smaller

@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "base/interrupt.h"
 #include "experiment/measured_views.h"
-#include "ledger/retraining_store.h"
+#include "ledger/retraining.h"
 #include "run/recorded/recorded_run.h"
 #include "run/session.h"
 #include "viewworth/train.h"

@@ -4,8 +4,17 @@
 
 #include "gpu/compute.h"
 #include "gpu/instance.h"
-#include "gpu/limits.h"
 #include "viewworth/types.h"
+
+// A physical device as listed.
+struct vw_device_candidate {
+    VkPhysicalDevice physical;
+    uint32_t queue_family;
+    struct vw_gpu_info info;
+    struct vw_gpu_limits limits; // as queried
+    uint32_t timestamp_bits;
+    double timestamp_ns; // per tick
+};
 
 struct vw_gpu {
     struct vw_instance instance;
@@ -73,5 +82,11 @@ enum vw_status vw_ranges_find(struct vw_ranges *ranges, uint64_t offset_bytes, u
 // written, after every read of it. 0: any.
 uint64_t vw_ranges_earliest(const struct vw_ranges *ranges, uint32_t index, bool writes);
 void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint64_t stage);
+
+// ---- Choosing a device ----
+
+// Returns the index of the queue family to compute on: the first without graphics that has timestamps, otherwise the
+// first that computes; -1 without any.
+int vw_queue_family_choose(const VkQueueFamilyProperties *families, uint32_t count);
 
 #endif

@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_LEDGER_TABLE_H
 #define VIEWWORTH_LEDGER_TABLE_H
 
-#include "base/column.h"
+#include "base/rows.h"
 #include "ledger/database.h"
 
 struct vw_table {

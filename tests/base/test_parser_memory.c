@@ -9,7 +9,7 @@
 #include "ledger/step_log.h"
 #include "scene/formats/colmap.h"
 #include "scene/formats/nerfw_tsv.h"
-#include "scene/formats/train_list.h"
+#include "scene/formats/photo_list.h"
 #include "support/cmocka_test.h"
 #include "support/temporary_folder.h"
 

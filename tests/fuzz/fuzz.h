@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "train/files/hashed_file.h"
+#include "train/files/training_files.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 

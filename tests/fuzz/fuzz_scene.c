@@ -9,7 +9,7 @@
 #include "image/feature_file.h"
 #include "scene/builder.h"
 #include "scene/formats/nerfw_tsv.h"
-#include "scene/formats/train_list.h"
+#include "scene/formats/photo_list.h"
 #include "scene/splits_file.h"
 
 void fuzz_transforms(const uint8_t *data, size_t size_bytes) {

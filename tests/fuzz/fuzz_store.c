@@ -2,7 +2,7 @@
 
 #include "fuzz/database_edits.h"
 #include "fuzz/fuzz.h"
-#include "ledger/retraining_store.h"
+#include "ledger/retraining.h"
 #include "support/ledger_fixture.h"
 
 static const char *const changes[] = {

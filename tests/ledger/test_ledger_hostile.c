@@ -3,7 +3,7 @@
 
 #include <time.h>
 
-#include "ledger/retraining_store.h"
+#include "ledger/retraining.h"
 
 enum { STEP_COUNT = 11, PAGE_BYTES = 4096 };
 

@@ -5,7 +5,7 @@
 
 #include <sys/stat.h>
 
-#include "ledger/retraining_store.h"
+#include "ledger/retraining.h"
 
 enum { PAGE_BYTES = 4096, SECTOR_BYTES = 512, JOURNAL_BYTES_MOST = 4 * PAGE_BYTES };
 

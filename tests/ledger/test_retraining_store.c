@@ -1,7 +1,7 @@
 // The file of retrainings: appended rows come back after it is opened again, and other files are refused.
 #include "support/ledger_fixture.h"
 
-#include "ledger/retraining_store.h"
+#include "ledger/retraining.h"
 #include "support/ledger_sql.h"
 
 static struct vw_retraining_store *open_retrainings(const char *folder) {

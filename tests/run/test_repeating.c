@@ -3,7 +3,7 @@
 #include "support/ledger_chain.h"
 
 #include "experiment/worth.h"
-#include "ledger/retraining_store.h"
+#include "ledger/retraining.h"
 #include "run/recorded/scored_run.h"
 #include "run/run_private.h"
 #include "run/verify/verify.h"

@@ -7,8 +7,8 @@
 #include <unistd.h>
 
 #include "run/checkpoints.h"
-#include "run/devices.h"
 #include "run/ledger_writer.h"
+#include "run/session.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "viewworth/viewworth.h"

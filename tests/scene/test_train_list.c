@@ -1,7 +1,7 @@
 // Lists of photos to train on, as files name them.
 #include "support/cmocka_test.h"
 
-#include "scene/formats/train_list.h"
+#include "scene/formats/photo_list.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 

@@ -6,7 +6,7 @@
 #include "cli/params.h"
 #include "detect/decide.h"
 #include "experiment/prices.h"
-#include "run/devices.h"
+#include "run/session.h"
 #include "viewworth/log.h"
 
 // Opens the device. Without one there is neither a pilot run nor an estimate; that fails only if --device asked for

@@ -4,7 +4,7 @@
 #include "cli/params.h"
 #include "lab/commands/commands.h"
 #include "lab/copied_photos.h"
-#include "run/devices.h"
+#include "run/session.h"
 
 // Opens the scene; a device makes the photos of a recipe.
 static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {

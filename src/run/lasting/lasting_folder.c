@@ -2,10 +2,10 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "run/devices.h"
 #include "run/lasting/lasting.h"
 #include "run/recorded/recorded_run.h"
 #include "run/run.h"
+#include "run/session.h"
 
 static enum vw_status run_backward(const struct vw_run_params *params, const struct vw_recorded_run *recorded) {
     json_t *texts = NULL;

@@ -10,7 +10,22 @@
 #include "run/outputs/attribution.h"
 #include "scene/view_distance.h"
 #include "train/trainer.h"
+#include "value/verdict.h"
 #include "viewworth/report.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+
+struct vw_reconstruction_params {
+    const struct vw_scene *scene;
+    struct vw_trainer *trainer; // nothing in flight
+    double rays;                // that the renders may use; each photo gets a window of at least SSIM's size
+};
+
+// Renders the middle of the validation photos, at most VW_RECONSTRUCTION_VIEWS_MAX of them and whatever their weights,
+// and measures those that show something there.
+enum { VW_RECONSTRUCTION_VIEWS_MAX = 16 };
+enum vw_status vw_reconstruction_measure(const struct vw_reconstruction_params *params,
+                                         struct vw_reconstruction *reconstruction);
 
 // All borrowed for the call.
 struct vw_run_outputs_params {

@@ -8,8 +8,8 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "image/image.h"
-#include "run/devices.h"
 #include "run/imported/imported_run.h"
+#include "run/session.h"
 #include "viewworth/log.h"
 
 // A scene as a folder recorded it. All is borrowed.

@@ -10,12 +10,12 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "detect/effects_text.h"
-#include "run/devices.h"
 #include "run/imported/imported_run.h"
 #include "run/lasting/lasting_summary.h"
 #include "run/out_folder.h"
 #include "run/run_row.h"
 #include "run/scoring.h"
+#include "run/session.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
 

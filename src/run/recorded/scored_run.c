@@ -7,8 +7,8 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "ledger/find_image.h"
-#include "run/devices.h"
 #include "run/imported/imported_run.h"
+#include "run/session.h"
 #include "scene/formats/scene_copy.h"
 #include "viewworth/log.h"
 

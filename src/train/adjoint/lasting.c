@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "train/files/hashed_file.h"
+#include "train/files/training_files.h"
 
 static const double ADVANCE_SECONDS = 0.5;
 

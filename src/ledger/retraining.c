@@ -1,4 +1,4 @@
-#include "ledger/retraining_store.h"
+#include "ledger/retraining.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
