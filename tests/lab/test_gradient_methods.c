@@ -155,12 +155,6 @@ static double psnr_towards(struct vw_gradient_replay *gradient_replay, const flo
     return vw_validation_read(context->validation, vw_buffer_map(context->scalars), NULL).val_psnr;
 }
 
-static float *read_block(struct vw_buffer *buffer, uint64_t count) {
-    float *values = test_allocate(count, sizeof *values);
-    ASSERT_OK(vw_buffer_read(buffer, 0, values, count * sizeof *values));
-    return values;
-}
-
 static double derivative_of(struct vw_gradient_replay *gradient_replay, const float *from, const double *towards,
                             double factor) {
     return (psnr_towards(gradient_replay, from, towards, factor) -
@@ -180,9 +174,9 @@ static void measure_photo(struct vw_gradient_replay *gradient_replay, uint32_t p
     vw_gradient_replay_record_step(gradient_replay, number, pixel, 0);
     vw_snapshot_record_restore(&gradient_replay->state, submission);
     ASSERT_OK(vw_step_replay_run(&gradient_replay->replay));
-    float *before = read_block(gradient_replay->passes.blocks.before, count),
-          *after = read_block(gradient_replay->passes.blocks.after, count),
-          *gradient = read_block(gradient_replay->passes.blocks.gradient, count);
+    float *before = test_read(gradient_replay->passes.blocks.before),
+          *after = test_read(gradient_replay->passes.blocks.after),
+          *gradient = test_read(gradient_replay->passes.blocks.gradient);
     double *towards = test_allocate(count, sizeof *towards), size = 0, along = 0;
     for (uint64_t i = 0; i < count; i++) towards[i] = (double)after[i] - before[i];
     measured->preconditioned += derivative_of(gradient_replay, before, towards, 0.05);
@@ -300,9 +294,9 @@ TEST(influence_knows_the_rates) {
         vw_gradient_replay_record_step(&gradient_replay, last, vw_step_replay_draw(&gradient_replay.replay, last, 0),
                                        0);
         ASSERT_OK(vw_step_replay_run(&gradient_replay.replay));
-        float *before = read_block(gradient_replay.passes.blocks.before, influence.count),
-              *after = read_block(gradient_replay.passes.blocks.after, influence.count),
-              *gradient = read_block(gradient_replay.passes.blocks.gradient, influence.count);
+        float *before = test_read(gradient_replay.passes.blocks.before),
+              *after = test_read(gradient_replay.passes.blocks.after),
+              *gradient = test_read(gradient_replay.passes.blocks.gradient);
         for (uint64_t i = 0; i < influence.count; i++) {
             double by = (double)before[i] - after[i], expected = influence.rates[i] * gradient[i];
             moved += gradient[i] != 0.0f;

@@ -188,7 +188,7 @@ FOLDER_TEST(edited_rows_are_found) {
 
 // ---- What follows from it -------------------------------------------------------------------------------------------
 
-FOLDER_TEST(scores_are_sums_over_all_steps) {
+FOLDER_TEST(cells_of_the_matrix_are_sums_over_all_steps) {
     AUTO_FREE char *path = record(*state, true);
     AUTO_FREE struct vw_step_record *records = NULL;
     struct vw_value_input input = {.burn_in_epochs = 1};
@@ -200,18 +200,9 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
     ASSERT_OK(vw_ledger_get_lasting(ledger, &input.lasting));
     input.records = records;
     ASSERT_OK(vw_value_score(&input, &scores, &count));
-    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) {
-        double psnr = 0, loss = 0;
-        for (uint32_t step = 1; step <= STEPS; step++) {
-            if (records[step].view != test_train_views[i]) continue;
-            psnr += input.lasting.steps[step - 1].psnr;
-            loss += input.lasting.steps[step - 1].loss;
-        }
+    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) { // test_lasting_run.c adds them up
         const struct vw_ledger_score *score = test_find_score(scores, count, "lasting_psnr", test_train_views[i]);
-        assert_true(score->value == psnr && isnan(score->standard_error) && isnan(score->ci_low));
-        assert_int_equal(score->visits, 4); // the first epoch counts
-        assert_int_equal(score->rank_ci_low, 0);
-        assert_true(test_find_score(scores, count, "lasting_loss", test_train_views[i])->value == loss);
+        assert_true(isnan(score->ci_low) && score->rank_ci_low == 0);
     }
     AUTO(vw_matrix_clear) struct vw_matrix matrix;
     ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));

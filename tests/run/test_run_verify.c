@@ -109,12 +109,6 @@ static const char *in_copy(const struct fixture *fixture, const char *name) {
     return temporary_path(fixture->out, name);
 }
 
-static struct vw_ledger *open_ledger(const struct fixture *fixture) {
-    struct vw_ledger *ledger = NULL;
-    ASSERT_OK(vw_ledger_open(in_copy(fixture, "ledger.db"), &ledger));
-    return ledger;
-}
-
 static enum vw_status verify(const struct fixture *fixture) {
     AUTO(vw_verification_free) struct vw_verification verification = {0};
     return vw_run_verify(&(struct vw_verify_params){.out = fixture->out}, &verification);
@@ -125,7 +119,7 @@ static void unlist(const struct fixture *fixture) { unlink(in_copy(fixture, VW_C
 
 // Lists what is in the folder, as a forger would.
 static void list_again(const struct fixture *fixture) {
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = open_ledger(fixture);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open(in_copy(fixture, "ledger.db"));
     ASSERT_OK(vw_checksums_write(fixture->out, ledger));
 }
 
@@ -368,7 +362,7 @@ TEST(a_flipped_bit_of_the_list_is_found) {
     const struct fixture *fixture = renew(state);
     struct vw_checksums_found found;
     size_t size_bytes = 0;
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = open_ledger(fixture);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open(in_copy(fixture, "ledger.db"));
     ASSERT_OK(vw_checksums_check(fixture->out, ledger, NULL, &found));
     vw_checksums_found_free(&found);
     AUTO_FREE void *data = temporary_read(in_copy(fixture, VW_CHECKSUMS_FILE), &size_bytes);

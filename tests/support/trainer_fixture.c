@@ -56,6 +56,12 @@ struct vw_scene *test_scene(void) {
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});
 }
 
+void test_exclude(struct vw_scene *scene, uint32_t view) {
+    scene->views[view].split = VW_SPLIT_EXCLUDED;
+    scene->split_count[VW_SPLIT_TRAIN]--;
+    scene->split_count[VW_SPLIT_EXCLUDED]++;
+}
+
 void test_hide_some(struct vw_scene *scene) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         uint32_t hidden = v == 4 ? 24 : 5 + v; // columns

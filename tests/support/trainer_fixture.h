@@ -15,6 +15,7 @@ struct vw_config test_config(void);
 struct vw_config test_config_of(enum vw_field field);   // the same of a small field of another kind
 struct vw_config test_config_with(const char *effects); // the same with exactly these
 struct vw_scene *test_scene(void);
+void test_exclude(struct vw_scene *scene, uint32_t view); // from the photos to train on
 // Hides a part of its photos, one whole.
 void test_hide_some(struct vw_scene *scene);
 

@@ -18,12 +18,6 @@ static void identify(const struct parts *parts, uint8_t run_id[VW_HASH_BYTES]) {
     test_release(trainer);
 }
 
-static void exclude_first(struct vw_scene *scene) {
-    scene->views[0].split = VW_SPLIT_EXCLUDED;
-    scene->split_count[VW_SPLIT_TRAIN]--;
-    scene->split_count[VW_SPLIT_EXCLUDED]++;
-}
-
 enum { SAME = 3 }; // the first settings leave a run what it is; test_config has all that change it
 static const char *const settings[] = {
     "",
@@ -42,7 +36,7 @@ enum other { OTHER_SCENE, OTHER_SUBSET, OTHER_BOX, OTHER_DEVICE, OTHER_DRIVER, N
 static void change(struct parts *parts, enum other other) {
     switch (other) {
     case OTHER_SCENE: parts->scene->hash[7] ^= 1; break;
-    case OTHER_SUBSET: exclude_first(parts->scene); break;
+    case OTHER_SUBSET: test_exclude(parts->scene, 0); break;
     case OTHER_BOX: // which depends on points, that the scene's hash does not cover
         strcpy(parts->config.effects, "+unbounded");
         parts->scene->box.half_extent_world *= 0.5;

@@ -333,12 +333,6 @@ TEST_CASES(epochs_end_where_they_are_held, i, VW_ARRAY_COUNT(sizes)) {
 
 enum { LEFT_OUT = 1 }; // the place among the photos to train on
 
-static void exclude(struct vw_scene *scene, uint32_t view) {
-    scene->views[view].split = VW_SPLIT_EXCLUDED;
-    scene->split_count[VW_SPLIT_TRAIN]--;
-    scene->split_count[VW_SPLIT_EXCLUDED]++;
-}
-
 static struct test_run *run_on(const struct vw_scene *scene, const struct vw_config *config, const uint32_t *views,
                                uint32_t count, uint8_t run_id[VW_HASH_BYTES]) {
     struct vw_trainer *trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
@@ -362,7 +356,7 @@ TEST_CASES(some_views_are_as_a_scene_of_these, i, VW_ARRAY_COUNT(effects)) {
     if (!strcmp(effects[i], "unbounded")) whole->box.half_extent_world = smaller->box.half_extent_world = 100.0;
     ASSERT_OK(vw_scene_list_views(whole, VW_SPLIT_TRAIN, &views, &all));
     struct test_run *everything = run_on(whole, &config, views, all, ids[2]);
-    exclude(smaller, views[LEFT_OUT]);
+    test_exclude(smaller, views[LEFT_OUT]);
     for (uint32_t v = 0; v < all; v++)
         if (v != LEFT_OUT) views[count++] = views[v];
     struct test_run *expected = run_on(smaller, &config, NULL, 0, ids[0]),

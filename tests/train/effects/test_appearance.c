@@ -142,20 +142,18 @@ TEST_CASES(a_code_is_fitted_and_taken_away, form, 2) {
     uint32_t count = vw_pixels_stratify_squares(scene, view, vw_view_fit_left_half(scene, view), 0, true, 1,
                                                 CODE_FIT_RAYS_MAX, pixels);
     size_t bytes = trainer->model.param_bytes;
-    uint8_t *before = test_allocate(3, bytes), *fitted = before + bytes, *after = fitted + bytes;
     double squares[2] = {0};
     struct vw_evaluator evaluator;
     struct vw_code_fit fit;
     ASSERT_OK(vw_evaluator_create(&trainer->field, count, false, &evaluator));
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, before, bytes));
+    const void *before = test_read(trainer->field.params);
     ASSERT_OK(vw_evaluator_render(&evaluator, pixels, count, colours[0]));
     ASSERT_OK(vw_code_fit_apply(&trainer->field, pixels, count, &fit));
     ASSERT_OK(vw_evaluator_render(&evaluator, pixels, count, colours[1]));
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, fitted, bytes));
+    const void *fitted = test_read(trainer->field.params);
     ASSERT_OK(vw_code_fit_undo(&trainer->field, &fit));
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, after, bytes));
     assert_memory_not_equal(before, fitted, bytes);
-    assert_memory_equal(before, after, bytes);
+    assert_memory_equal(before, test_read(trainer->field.params), bytes);
     for (int i = 0; i < 2; i++)
         for (uint32_t k = 0; k < count; k++)
             squares[i] += pow(colours[i][k].x - pixels[k].rgba.x, 2) + pow(colours[i][k].y - pixels[k].rgba.y, 2) +
@@ -164,8 +162,7 @@ TEST_CASES(a_code_is_fitted_and_taken_away, form, 2) {
         fail_msg("%s: %g with the code, %g without", cases[form].effects, squares[1], squares[0]);
     struct vw_whole_view whole;
     ASSERT_OK(vw_trainer_measure_whole(trainer, view, 0, &whole));
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, after, bytes));
-    assert_memory_equal(before, after, bytes);
+    assert_memory_equal(before, test_read(trainer->field.params), bytes);
     vw_whole_view_free(&whole);
     vw_evaluator_destroy(&evaluator);
 }

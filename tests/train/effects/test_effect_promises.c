@@ -14,10 +14,6 @@ static struct vw_config config_with(enum vw_field field, const char *effects) {
     return config;
 }
 
-static void read_params(const struct vw_trainer *trainer, char *bytes, uint64_t size_bytes) {
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, bytes, size_bytes));
-}
-
 // The promises of each effect with params.
 static const struct promise {
     const char *effects;
@@ -58,7 +54,6 @@ TEST(what_is_off_takes_no_room) {
         struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                           *with = test_trainer_create(scene, &on, true, 1);
         uint64_t shared = without->model.weights.offset_bytes + without->model.weights.size_bytes;
-        char *first = test_allocate(shared, 1), *second = test_allocate(shared, 1);
         test_trainer_has_no_effects(without);
         assert_null(without->field.head_rows);
         assert_null(without->validation.evaluator.views);
@@ -68,9 +63,7 @@ TEST(what_is_off_takes_no_room) {
         if (with->model.param_count - without->model.param_count != promises[i].params)
             fail_msg("%s: %llu params", promises[i].effects,
                      (unsigned long long)(with->model.param_count - without->model.param_count));
-        read_params(without, first, shared);
-        read_params(with, second, shared);
-        assert_memory_equal(first, second, shared);
+        assert_memory_equal(test_read(without->field.params), test_read(with->field.params), shared);
         test_release(without);
         test_release(with);
     }
@@ -131,9 +124,8 @@ TEST(validation_sees_the_field_alone) {
         struct vw_trainer *trained = test_trainer_create(scene, &on, true, 0),
                           *plain = test_trainer_create(scene, &off, true, 0);
         uint64_t own = plain->model.param_bytes, bytes = trained->model.param_bytes;
-        char *before = test_allocate(bytes, 1);
+        const char *before = test_read(trained->field.params);
         float *expected = NULL, *found = NULL;
-        read_params(trained, before, bytes);
         test_run_finish(trained, run);
         assert_memory_not_equal(before + own, (const char *)run->params + own, bytes - own); // it has learned
         ASSERT_OK(vw_buffer_write(plain->field.params, 0, run->params, own));

@@ -212,8 +212,7 @@ static float *train_and_render(const char *path, const struct vw_config *config,
     ASSERT_OK(vw_file_write(path, data, size_bytes));
     ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
     *numbers = trainer->model.param_bytes / 4;
-    *params = test_allocate(*numbers, sizeof **params);
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, *params, 4 * *numbers));
+    *params = test_read(trainer->field.params);
     return rgb;
 }
 
