@@ -5,7 +5,7 @@
 #include "run/lasting/lasting.h"
 #include "run/lasting/lasting_summary.h"
 #include "run/plan/accuracy_levels.h"
-#include "run/plan/estimate.h"
+#include "run/plan/plan.h"
 
 enum { VALUE, LASTING, COMPARE, SELECT, WORTH };
 const struct vw_priced_command vw_priced_commands[VW_PRICED_COMMANDS] = {

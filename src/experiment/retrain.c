@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "base/text.h"
-#include "run/plan/estimate.h"
+#include "run/plan/plan.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
 

@@ -60,7 +60,7 @@ enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const ch
 // Removes its rows, in the caller's transaction.
 enum vw_status vw_ledger_remove_lasting(struct vw_database *database);
 
-// ---- ledger_state.c ----
+// ---- ledger.c: the transaction of every change ----
 
 // The state of a run: whether and how it has ended.
 struct vw_ledger_state {

@@ -2,7 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "experiment/retrain.h"
-#include "run/plan/estimate.h"
+#include "run/plan/plan.h"
 #include "support/ledger_fixture.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"

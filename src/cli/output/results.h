@@ -12,7 +12,7 @@
 #include "experiment/sweep/sweep.h"
 #include "experiment/verified_selection.h"
 #include "experiment/worth.h"
-#include "run/plan/estimate.h"
+#include "run/plan/plan.h"
 #include "run/run.h"
 
 struct vw_scene_info {

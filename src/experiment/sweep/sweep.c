@@ -13,7 +13,7 @@
 #include "experiment/measured_views.h"
 #include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
-#include "run/plan/estimate.h"
+#include "run/plan/plan.h"
 #include "run/scoring.h"
 #include "value/evaluation/score_tables.h"
 #include "viewworth/log.h"

@@ -12,7 +12,7 @@
 #include "run/lasting/lasting_summary.h"
 #include "run/out_folder.h"
 #include "run/plan/accuracy_levels.h"
-#include "run/plan/estimate.h"
+#include "run/plan/plan.h"
 #include "train/adjoint/lasting.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
