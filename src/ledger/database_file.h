@@ -20,7 +20,7 @@ enum vw_status vw_database_size(struct vw_database *database, sqlite3_int64 *siz
 // Checks, before the first query, that the header has the page format and the journal mode that viewworth writes.
 enum vw_status vw_database_check_header(struct vw_database *database, const char *what);
 
-// ---- database_check.c: an open file is exactly as viewworth writes it, down to the last row of its schema ----
+// ---- An open file is exactly as viewworth writes it, down to the last row of its schema ----
 
 // Bounds on what a file can make SQLite do; before the first query.
 enum vw_status vw_database_set_limits(struct vw_database *database);
