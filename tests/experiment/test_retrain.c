@@ -36,19 +36,22 @@ static int tear_down(void **state) {
     return 0;
 }
 
-// Returns the result of one retraining on the first `count` photos; 0 epochs: those of the config.
-static struct vw_retrain_result retrain(struct fixture *f, enum vw_equal equal, uint32_t averaged_epochs,
-                                        uint32_t count, uint32_t epochs) {
-    const struct vw_retrainer_params params = {.session = &f->session,
-                                               .config = &f->config,
-                                               .out = f->folder,
-                                               .equal = equal,
-                                               .averaged_epochs = averaged_epochs};
-    struct vw_retrain_result result;
+// Opens the retrainer anew; without a folder as `out` it recalls nothing.
+static void open_retrainer(struct fixture *f, struct vw_retrainer_params params) {
+    params.session = &f->session;
+    params.config = &f->config;
     vw_retrainer_close(&f->retrainer);
     f->retrainer = (struct vw_retrainer){0};
     ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
     assert_int_equal(f->retrainer.train_count, PHOTOS);
+}
+
+// Returns the result of one retraining on the first `count` photos; 0 epochs: those of the config.
+static struct vw_retrain_result retrain(struct fixture *f, enum vw_equal equal, uint32_t averaged_epochs,
+                                        uint32_t count, uint32_t epochs) {
+    struct vw_retrain_result result;
+    open_retrainer(f,
+                   (struct vw_retrainer_params){.out = f->folder, .equal = equal, .averaged_epochs = averaged_epochs});
     const struct vw_retrain_params retraining = {
         .views = f->retrainer.train_views, .view_count = count, .seed = 3, .epochs = epochs};
     ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
@@ -134,14 +137,10 @@ static bool count_trainers(void *context) {
 TEST_WITHIN(several_are_on_all_devices_in_turn, set_up, tear_down) {
     struct fixture *f = *state;
     struct observer observer = {.session = &f->session};
-    const struct vw_retrainer_params params = {.session = &f->session,
-                                               .config = &f->config,
-                                               .out = f->folder,
-                                               .together = 2,
-                                               .interrupt = {count_trainers, &observer}};
     struct vw_retrain_params retrainings[4];
     struct vw_retrain_result results[4];
-    ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
+    open_retrainer(
+        f, (struct vw_retrainer_params){.out = f->folder, .together = 2, .interrupt = {count_trainers, &observer}});
     for (uint32_t i = 0; i < 4; i++)
         retrainings[i] =
             (struct vw_retrain_params){.views = f->retrainer.train_views, .view_count = PHOTOS - i, .seed = 3};
@@ -217,25 +216,17 @@ TEST_WITHIN(steps_gain_what_the_epoch_gains, set_up, tear_down) {
 
 // ---- Recorded results ----------------------------------------------------------------------------------------------
 
-// Opens the retrainer of a folder; NULL: one that recalls nothing.
-static void open_again(struct fixture *f, const char *out) {
-    const struct vw_retrainer_params params = {.session = &f->session, .config = &f->config, .out = out};
-    vw_retrainer_close(&f->retrainer);
-    f->retrainer = (struct vw_retrainer){0};
-    ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
-}
-
 TEST_WITHIN(a_recorded_retraining_is_compared_bit_for_bit, set_up, tear_down) {
     struct fixture *f = *state;
     struct vw_retrain_result result, other;
     AUTO(vw_retraining_store_close) struct vw_retraining_store *store = NULL;
     for (int recalled = 0; recalled < 2; recalled++) {
-        open_again(f, f->folder);
+        open_retrainer(f, (struct vw_retrainer_params){.out = f->folder});
         const struct vw_retrain_params on_all = {.views = f->retrainer.train_views, .view_count = PHOTOS, .seed = 3};
         ASSERT_OK(vw_retrain(&f->retrainer, &on_all, 1, &result));
         assert_int_equal(f->retrainer.recalled, recalled);
     }
-    open_again(f, NULL);
+    open_retrainer(f, (struct vw_retrainer_params){0});
     const struct vw_retrain_params on_all = {.views = f->retrainer.train_views, .view_count = PHOTOS, .seed = 3};
     ASSERT_OK(vw_retrain(&f->retrainer, &on_all, 1, &result));
     assert_int_equal(f->retrainer.made, 1);

@@ -66,7 +66,7 @@ static void take_step(struct step_bench *bench, bool coarse) {
     vw_submission_begin(bench->submission);
     vw_importance_record(&bench->model, &bench->volume->gradient.importance, bench->submission, &push);
     vw_step_record_loss(&bench->step, bench->submission, 0, 0);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
 }
 
 // Opens a step with the rays that the device has made for its last step.

@@ -64,8 +64,7 @@ static void reduce(struct reduction *r, const struct errors *errors, uint32_t vi
     vw_submission_dispatch(r->submission, r->generate, errors, sizeof *errors,
                            (errors->pixel_count + PIXELS_EACH - 1) / PIXELS_EACH);
     vw_submission_dispatch(r->submission, r->reduce, &push, sizeof push, 64ull * view_count);
-    ASSERT_OK(vw_submission_submit(r->submission));
-    ASSERT_OK(vw_submission_wait(r->submission));
+    test_submit(r->submission);
     ASSERT_OK(vw_buffer_read(r->scalars, sizeof *sums, sums, view_count * sizeof *sums));
 }
 

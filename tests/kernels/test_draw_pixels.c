@@ -84,8 +84,7 @@ static void assert_draws(const struct drawing *d, const struct vw_pass *pass, co
     struct vw_pixel *drawn = test_allocate(push->count, sizeof *drawn);
     vw_submission_begin(submission);
     vw_submission_dispatch(submission, pass, push, sizeof *push, push->count);
-    ASSERT_OK(vw_submission_submit(submission));
-    ASSERT_OK(vw_submission_wait(submission));
+    test_submit(submission);
     ASSERT_OK(vw_buffer_read(d->pixels, push->first_pixel * sizeof *drawn, drawn, push->count * sizeof *drawn));
     for (uint32_t i = 0; i < push->count; i++) {
         if (!memcmp(&drawn[i], &expected[i], sizeof *drawn)) continue;

@@ -147,8 +147,7 @@ static vw_float4 *render(struct step_bench *bench, struct vw_evaluator *evaluato
     assert_int_equal(vw_evaluator_set_pixels(evaluator, pixels, count), VW_OK);
     vw_submission_begin(bench->submission);
     vw_evaluator_record(evaluator, bench->submission);
-    assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
-    assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
+    test_submit(bench->submission);
     return test_read(evaluator->colours);
 }
 

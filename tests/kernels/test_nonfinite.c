@@ -136,7 +136,7 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
     vw_submission_begin(bench->submission);
     vw_step_record_passes(&bench->step, bench->submission, 2, 0, 0);
     vw_evaluator_record(evaluator, bench->submission);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
     float *params_after = test_read(bench->field.params);
     void *moments_after = test_read(bench->step.weight_moments);
     vw_float4 *scalars = test_read(bench->scalars), *colours = test_read(evaluator->colours);
@@ -277,7 +277,7 @@ TEST(flags_are_cleared_without_a_row) {
         if (i != 1) test_write(bench->field.step_state, i ? &clean : &marked);
         vw_submission_begin(bench->submission);
         vw_step_record_loss(&bench->step, bench->submission, 0, rows[i]);
-        step_bench_submit(bench);
+        test_submit(bench->submission);
         const struct vw_step_state *flags = test_read(bench->field.step_state);
         assert_true(flags->nonfinite == 0 && flags->clamped == 0 && flags->view == (i < 2 ? 3 : 0));
         assert_int_equal(flags->skipped, i < 2);

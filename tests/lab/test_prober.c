@@ -138,8 +138,7 @@ static struct vw_step_record step_by_hand(struct vw_trainer *trainer, uint64_t n
     vw_submission_begin(submission);
     vw_step_record_passes(&trainer->step, submission, number, 0, 0);
     vw_validation_record(&trainer->validation, submission, 0);
-    ASSERT_OK(vw_submission_submit(submission));
-    ASSERT_OK(vw_submission_wait(submission));
+    test_submit(submission);
     const struct vw_field_measurement measured =
         vw_validation_read(&trainer->validation, vw_buffer_map(trainer->scalars), NULL);
     vw_submission_destroy(&submission);

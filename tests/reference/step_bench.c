@@ -213,16 +213,11 @@ struct vw_evaluator *step_bench_evaluate(struct step_bench *bench) {
     stop_unless(bench, vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays));
     vw_submission_begin(bench->submission);
     vw_evaluator_record(evaluator, bench->submission);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
     return evaluator;
 }
 
 void step_bench_write_params(struct step_bench *bench) { test_write(bench->field.params, bench->params); }
-
-void step_bench_submit(struct step_bench *bench) {
-    stop_unless(bench, vw_submission_submit(bench->submission));
-    stop_unless(bench, vw_submission_wait(bench->submission));
-}
 
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number) {
     return (struct vw_push_samples){.ray_count = bench->step.padded_rays,
@@ -239,20 +234,20 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number) {
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, number, 0);
     vw_step_record_loss(&bench->step, bench->submission, 0, 0);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
 }
 
 void step_bench_step(struct step_bench *bench, uint64_t number) {
     vw_submission_begin(bench->submission);
     vw_step_record_passes(&bench->step, bench->submission, number, 0, 0);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
 }
 
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations) {
     vw_submission_begin(bench->submission);
     vw_submission_dispatch(bench->submission, pass, push, push_bytes, invocations);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
 }
 
 static bool is_named(const struct vw_pass *pass, const char *name) {

@@ -97,8 +97,6 @@ void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, c
                          uint64_t invocations);
 // Returns the invocations of a pass in which the model's lanes share a ray.
 uint64_t step_bench_lanes(const struct step_bench *bench, uint32_t rays);
-// Runs what a test recorded in bench->submission.
-void step_bench_submit(struct step_bench *bench);
 // Returns how many passes have met a param that would not be finite, since the flags were cleared last; clears them.
 uint32_t step_bench_take_overflows(struct step_bench *bench);
 // Returns the push block of a step in one chunk.

@@ -45,6 +45,11 @@ struct vw_submission *test_submission(struct vw_gpu *gpu) {
     return test_own(submission, destroy_submission);
 }
 
+void test_submit(struct vw_submission *submission) {
+    ASSERT_OK(vw_submission_submit(submission));
+    ASSERT_OK(vw_submission_wait(submission));
+}
+
 void *test_read(struct vw_buffer *buffer) {
     uint64_t size_bytes = vw_buffer_size_bytes(buffer);
     void *data = test_allocate(1, size_bytes);

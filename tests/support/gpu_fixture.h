@@ -16,6 +16,8 @@ struct vw_buffer *test_buffer(struct vw_gpu *gpu, const char *name, uint64_t siz
 struct vw_buffer *test_buffer_of(struct vw_gpu *gpu, struct vw_buffer_params params);
 struct vw_pass *test_pass(struct vw_gpu *gpu, struct vw_pass_params params);
 struct vw_submission *test_submission(struct vw_gpu *gpu);
+// Submits what was recorded, and waits for it.
+void test_submit(struct vw_submission *submission);
 // Returns what a whole buffer holds, which the test owns; test_write() writes all of one.
 void *test_read(struct vw_buffer *buffer);
 void test_write(struct vw_buffer *buffer, const void *data);

@@ -279,8 +279,7 @@ void splat_bench_run(struct splat_bench *bench, bool gradient, bool update) {
     vw_splat_drawing_record(&bench->drawing, bench->submission, &bench->push);
     if (gradient) vw_splat_gradient_record(&bench->gradient, bench->submission, &bench->push);
     if (update) vw_splat_update_record(&bench->gradient, bench->submission, &by);
-    ASSERT_OK(vw_submission_submit(bench->submission));
-    ASSERT_OK(vw_submission_wait(bench->submission));
+    test_submit(bench->submission);
 }
 
 struct vw_splat_state splat_bench_state(struct splat_bench *bench) {

@@ -395,7 +395,7 @@ static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, 1, 0); // the same for all numbers
     vw_step_record_update(&bench->step, bench->submission, number, 0, extra);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
     float *params = test_read(bench->field.params);
     double sum = 0.0;
     for (size_t i = 0; i < bench->model.param_bytes / sizeof *params; i++) sum += fabs(params[i] - bench->params[i]);

@@ -70,8 +70,7 @@ void reduction_run(struct view_reduction *r, vw_float4 sums[REDUCED_VIEWS]) {
     ASSERT_OK(vw_buffer_write(r->colours, 0, r->colour_data, REDUCED_RAYS * sizeof *r->colour_data));
     vw_submission_begin(r->submission);
     vw_submission_dispatch(r->submission, r->pass, &push, sizeof push, 64 * REDUCED_VIEWS);
-    ASSERT_OK(vw_submission_submit(r->submission));
-    ASSERT_OK(vw_submission_wait(r->submission));
+    test_submit(r->submission);
     ASSERT_OK(vw_buffer_read(r->scalars, 0, rows, sizeof rows));
     for (size_t i = 0; i < SCALAR_ROWS; i++)
         if (i < SCALAR_ROW + 1 || i >= SCALAR_ROW + 1 + REDUCED_VIEWS)

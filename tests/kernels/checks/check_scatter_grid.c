@@ -54,7 +54,7 @@ void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *fl
     test_write(bench->field.step_state, &(struct vw_step_state){0});
     vw_submission_begin(bench->submission);
     vw_hash_record_scatter(&bench->model, &bench->volume->gradient.field, bench->submission, samples);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
     struct vw_step_state *after = test_read(bench->field.step_state);
     *flags = *after;
 }

@@ -43,7 +43,7 @@ static void take_gradients(struct step_bench *bench) {
     }
     vw_submission_begin(bench->submission);
     vw_step_record_gradients(&bench->step, bench->submission, STEP, 0);
-    step_bench_submit(bench);
+    test_submit(bench->submission);
 }
 
 // ---- Passes ---------------------------------------------------------------------------------------------------------
