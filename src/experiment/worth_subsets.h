@@ -4,7 +4,7 @@
 #define VIEWWORTH_EXPERIMENT_WORTH_SUBSETS_H
 
 #include "ledger/retraining.h"
-#include "value/evaluation/subsets.h"
+#include "value/evaluation/outcomes.h"
 #include "value/worth.h"
 
 struct vw_worth_subsets_params {

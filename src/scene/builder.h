@@ -70,7 +70,7 @@ enum vw_status vw_scene_table_read(const struct vw_scene *scene, const char *pat
 // Takes the points of a COLMAP model beside another scene file, if the model's cameras are those of the scene
 // (formats/colmap.c).
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);
-// Decides the splits: by lists or splits.json, otherwise by the loader, otherwise by every eighth view (split.c).
+// Decides the splits: by lists or splits.json, otherwise by the loader, otherwise by every eighth view (splits_file.c).
 enum vw_status vw_splits_assign(struct vw_scene_builder *builder);
 // Counts the views of each split. VW_ERROR_INPUT if too few are left to train.
 enum vw_status vw_splits_count(const char *path, struct vw_scene *scene);

@@ -35,7 +35,7 @@ static enum vw_status load_recipe(struct vw_scene_builder *builder) {
     return vw_recipe_load(builder->params, builder->scene);
 }
 
-// If the loader assigns no view to val or test, split.c decides the splits.
+// If the loader assigns no view to val or test, splits_file.c decides the splits.
 static const struct scene_format {
     const char *name; // as --format takes it
     bool (*probe)(const char *path);

@@ -1,7 +1,7 @@
-// Weights of validation photos in the means of validation: of a CSV file with the header name,weight (--val-weights),
-// or of a splits.json.
-#ifndef VIEWWORTH_SCENE_VAL_WEIGHTS_H
-#define VIEWWORTH_SCENE_VAL_WEIGHTS_H
+// The splits: views that train, validate and test. Weights of validation photos in the means of validation: of a CSV
+// file with the header name,weight (--val-weights), or of a splits.json.
+#ifndef VIEWWORTH_SCENE_SPLITS_FILE_H
+#define VIEWWORTH_SCENE_SPLITS_FILE_H
 
 #include <jansson.h>
 #include <stdbool.h>

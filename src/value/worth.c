@@ -7,8 +7,8 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "ledger/find_image.h"
+#include "value/evaluation/outcomes.h"
 #include "value/evaluation/resampling.h"
-#include "value/evaluation/subsets.h"
 #include "viewworth/value.h"
 
 const char vw_worth_method[] = "worth_psnr";

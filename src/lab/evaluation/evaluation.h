@@ -7,7 +7,6 @@
 #include <stdint.h>
 
 #include "value/evaluation/outcomes.h"
-#include "value/evaluation/subsets.h"
 #include "viewworth/status.h"
 
 extern const char vw_subset_worth_name[]; // "subset_worth": worths by regression over subsets

@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_LAB_EVALUATION_SUBSET_TRAININGS_H
 #define VIEWWORTH_LAB_EVALUATION_SUBSET_TRAININGS_H
 
-#include "value/evaluation/subsets.h"
+#include "value/evaluation/outcomes.h"
 
 enum { VW_SUBSETS_ALL_PHOTOS_MAX = 10 }; // photos of which all subsets can be listed
 
