@@ -134,8 +134,8 @@ struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t num
     return gradients;
 }
 
-struct reference_step *hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
-                                            const struct hard_gradients *gradients) {
+static struct reference_step *check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
+                                              const struct hard_gradients *gradients) {
     struct reference_params *params = reference_params_create(&bench->model, test_read(bench->field.params));
     struct reference_step *reference = run_reference(finding, bench, number, params);
     compare_losses(finding, bench, reference);
@@ -290,7 +290,7 @@ void hard_check_update(struct hard_finding *finding, const struct step_bench *be
 struct reference_step *hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     struct hard_gradients gradients = hard_take_gradients(bench, number);
     struct reference_params *params = reference_params_create(&bench->model, test_read(bench->field.params));
-    struct reference_step *reference = hard_check_gradients(finding, bench, number, &gradients);
+    struct reference_step *reference = check_gradients(finding, bench, number, &gradients);
     struct step_range ranges[STEP_RANGES_MAX];
     uint32_t count = step_bench_ranges(bench, reference, params, gradients.weights, ranges);
     struct hard_state before = hard_state_read(bench);

@@ -40,8 +40,6 @@ struct reference_step *hard_check_step(struct hard_finding *finding, struct step
 // Runs the first half of hard_check_step(): takes the gradients of step `number`. They are cleared on the device, so
 // that a whole step can follow.
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number);
-struct reference_step *hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
-                                            const struct hard_gradients *gradients);
 // Checks what step `number` made of `before` with these gradients. A step that is not finite must have changed nothing;
 // where an update would leave the floats, the params must be as they were; in both cases the row must be flagged.
 void hard_check_update(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,

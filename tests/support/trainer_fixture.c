@@ -183,15 +183,3 @@ struct vw_submissions *test_submissions(void) {
     ASSERT_OK(vw_submissions_create(test_gpu(), &submissions));
     return test_own(submissions, destroy_submissions);
 }
-
-void test_trainer_has_no_effects(const struct vw_trainer *trainer) {
-    static const struct vw_effect_sets no_passes;
-    assert_memory_equal(&trainer->step.effects, &no_passes, sizeof no_passes);
-    assert_null(vw_volume_step_of(&trainer->step)->gradient.of_rays.gradient_sky);
-    for (uint32_t i = 0; i < VW_SLOT_COUNT; i++) {
-        assert_null(trainer->step.effect_buffers[i]);
-        assert_null(trainer->field.effect_buffers[i]);
-        assert_int_equal(trainer->model.ranges[i].size_bytes, 0);
-    }
-    assert_int_equal(trainer->model.moved_columns, trainer->model.weight_columns);
-}

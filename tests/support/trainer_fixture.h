@@ -27,8 +27,6 @@ struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struc
                                        uint32_t steps_per_submission);
 // Returns submissions that trainers share, which the test owns.
 struct vw_submissions *test_submissions(void);
-// Asserts that a trainer has no passes, buffers or params of any effect.
-void test_trainer_has_no_effects(const struct vw_trainer *trainer);
 
 struct test_run {
     struct vw_step_record records[TEST_STEPS_MAX];         // without views

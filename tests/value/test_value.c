@@ -109,13 +109,13 @@ TEST(epochs_that_no_training_has_are_refused) {
 // Records a noisy run with two flagged steps under `folder`/`name`/ledger.db; the scores are given back.
 static struct vw_ledger_score *record_run(const char *folder, const char *name, const char *config_json,
                                           uint32_t burn_in_epochs, uint64_t seed, uint32_t *count) {
-    struct test_recording *training = train(0.4, TEST_EPOCHS_MOST, seed);
+    AUTO_FREE struct test_recording *training = train(0.4, TEST_EPOCHS_MOST, seed);
     flag(training, 33);
     flag(training, 34);
-    char *out = vw_path_join(folder, name), *path = vw_path_join(out, "ledger.db");
+    AUTO_FREE char *out = vw_path_join(folder, name), *path = vw_path_join(out, "ledger.db");
     struct vw_ledger_run run = test_run(config_json);
     struct vw_ledger *ledger = NULL;
-    struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
     struct vw_ledger_score *scores = NULL;
     uint64_t record_count = 0;
     ASSERT_OK(vw_folder_create(out));
@@ -128,10 +128,6 @@ static struct vw_ledger_score *record_run(const char *folder, const char *name, 
     ASSERT_OK(vw_value_score(&input, &scores, count));
     ASSERT_OK(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", scores, *count));
     vw_ledger_close(&ledger);
-    free(records);
-    free(path);
-    free(out);
-    free(training);
     return scores;
 }
 

@@ -45,6 +45,19 @@ TEST(every_effect_promises) {
     }
 }
 
+// Asserts that a trainer has no passes, buffers or params of any effect.
+static void assert_no_effects(const struct vw_trainer *trainer) {
+    static const struct vw_effect_sets no_passes;
+    assert_memory_equal(&trainer->step.effects, &no_passes, sizeof no_passes);
+    assert_null(vw_volume_step_of(&trainer->step)->gradient.of_rays.gradient_sky);
+    for (uint32_t i = 0; i < VW_SLOT_COUNT; i++) {
+        assert_null(trainer->step.effect_buffers[i]);
+        assert_null(trainer->field.effect_buffers[i]);
+        assert_int_equal(trainer->model.ranges[i].size_bytes, 0);
+    }
+    assert_int_equal(trainer->model.moved_columns, trainer->model.weight_columns);
+}
+
 TEST(what_is_off_takes_no_room) {
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(promises); i++) {
@@ -54,7 +67,7 @@ TEST(what_is_off_takes_no_room) {
         struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                           *with = test_trainer_create(scene, &on, true, 1);
         uint64_t shared = without->model.weights.offset_bytes + without->model.weights.size_bytes;
-        test_trainer_has_no_effects(without);
+        assert_no_effects(without);
         assert_null(without->field.head_rows);
         assert_null(without->validation.evaluator.views);
         assert_null(without->validation.view_fit.pass);
