@@ -96,7 +96,8 @@ static bool is_temporary_name(const char *name) {
            !strcmp(name + prefix + RANDOM_DIGITS, TEMPORARY_SUFFIX);
 }
 
-int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes) {
+// Writes all bytes; returns the cause of a failure, or 0.
+static int write_all(int descriptor, const void *data, size_t size_bytes) {
     const char *next = data;
     while (size_bytes) {
         ssize_t written = write(descriptor, next, size_bytes);
@@ -112,7 +113,7 @@ int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes) {
 static int write_temporary(int folder, const char *name, const void *data, size_t size_bytes) {
     int descriptor = openat(folder, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor < 0) return errno;
-    int cause = vw_descriptor_write(descriptor, data, size_bytes);
+    int cause = write_all(descriptor, data, size_bytes);
     if (!cause && fsync(descriptor)) cause = errno;
     if (close(descriptor) && !cause) cause = errno;
     if (cause) unlinkat(folder, name, 0);

@@ -17,8 +17,6 @@ enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, s
 // Reads an opened file, which stays open. `path` is for messages.
 enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit_bytes, void **data,
                                   size_t *size_bytes);
-// Writes all bytes; returns the cause of a failure, or 0.
-int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes);
 // Replaces `path`, or a link of that name, by a new file, which is on the disk with its name when the call returns. At
 // every moment the old or the new file is there, whole. VW_ERROR_IO leaves what was there.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);

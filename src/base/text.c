@@ -66,7 +66,9 @@ static void make_harmless(char *text, bool keep_line_ends) {
 
 static uint32_t lesser(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
-uint32_t vw_text_distance(const char *a, const char *b) {
+// Counts the letters to insert, remove, replace or exchange with a neighbour until one word is the other. At least 1 if
+// they differ; words of 64 bytes or more count as far apart (UINT32_MAX).
+static uint32_t distance_of(const char *a, const char *b) {
     enum { LENGTH_MOST = 63 };
     uint32_t table[LENGTH_MOST + 1][LENGTH_MOST + 1]; // distances of their first i and j letters
     size_t a_length = strlen(a), b_length = strlen(b);
@@ -85,7 +87,7 @@ uint32_t vw_text_distance(const char *a, const char *b) {
 }
 
 void vw_take_nearer(const char *word, const char *name, uint32_t *least, const char **nearest) {
-    uint32_t distance = vw_text_distance(word, name);
+    uint32_t distance = distance_of(word, name);
     if (distance >= *least || distance > strlen(word) / 3) return;
     *least = distance;
     *nearest = name;

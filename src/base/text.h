@@ -21,9 +21,6 @@ void vw_text_duration(double seconds, char text[VW_DURATION_BYTES]);
 enum { VW_ABOUT_BYTES = VW_DURATION_BYTES + 8 };
 void vw_text_about(double seconds, char text[VW_ABOUT_BYTES]);
 
-// Counts the letters to insert, remove, replace or exchange with a neighbour until one word is the other. At least 1 if
-// they differ; words of 64 bytes or more count as far apart (UINT32_MAX).
-uint32_t vw_text_distance(const char *a, const char *b);
 // Takes a name as the nearest one to a word if it is nearer than `*least`, which begins at UINT32_MAX, and so near that
 // a slip may have made the word of it: one edit for three letters.
 void vw_take_nearer(const char *word, const char *name, uint32_t *least, const char **nearest);

@@ -20,13 +20,14 @@ struct vw_binding vw_step_overflow_binding(const struct vw_step_passes *step, ui
                                .size_bytes = OVERFLOW_BYTES};
 }
 
-struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *step) {
+// Returns the buffers of effects, by slot.
+static struct vw_effect_buffers effect_buffers_of(const struct vw_step_passes *step) {
     return (struct vw_effect_buffers){step->field->params, step->field->effect_buffers, step->effect_buffers};
 }
 
 void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count) {
     const struct vw_model *model = step->field->model;
-    const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
+    const struct vw_effect_buffers of_effects = effect_buffers_of(step);
     const struct vw_binding own[] = {
         {.slot = VW_SLOT_OVERFLOW, .buffer = step->overflow},
         {.slot = VW_SLOT_PIXELS, .buffer = step->pixels},
@@ -150,7 +151,7 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
     buffers[count++] = step->field->params;
     if (step->weight_moments) buffers[count++] = step->weight_moments;
     step->field->model->renderer->step->training_state(step, buffers, &count);
-    const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
+    const struct vw_effect_buffers of_effects = effect_buffers_of(step);
     vw_effects_training_state(step->field->model, &of_effects, buffers, &count);
     return count;
 }

@@ -41,8 +41,6 @@ struct vw_step_passes {
 enum { VW_OVERFLOW_WEIGHTS, VW_OVERFLOW_PHOTOS, VW_OVERFLOW_RENDERER };
 struct vw_binding vw_step_overflow_binding(const struct vw_step_passes *step, uint32_t flag);
 
-// Returns the buffers of effects, by slot.
-struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *step);
 // Binds a step's buffers and its field's. Writes the bindings after the first `*count` and advances it.
 void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count);
 

@@ -58,7 +58,9 @@ static uint8_t *downscale_unusable(const struct vw_image *image, uint32_t width_
     return unusable;
 }
 
-enum vw_status vw_image_downscale(struct vw_image *image, uint32_t factor) {
+// Replaces the pixels by floor(size / factor), at least 1, along each axis; UINT16 for integer images. `factor` > 1.
+// After a failure the image is unchanged.
+static enum vw_status downscale_image(struct vw_image *image, uint32_t factor) {
     uint32_t width_px = vw_downscaled_px(image->width_px, factor);
     uint32_t height_px = vw_downscaled_px(image->height_px, factor);
     enum vw_pixel_format format = image->format == VW_PIXEL_FLOAT32 ? VW_PIXEL_FLOAT32 : VW_PIXEL_UINT16;
@@ -180,7 +182,7 @@ void vw_task_read_header(const struct vw_decoder_request *request, const void *f
 
 static enum vw_status read_photo(const struct vw_oiio_result *file, uint32_t downscale, struct vw_image *image) {
     enum vw_status status = convert(file, image);
-    return status || downscale <= 1 ? status : vw_image_downscale(image, downscale);
+    return status || downscale <= 1 ? status : downscale_image(image, downscale);
 }
 
 void vw_task_read_photo(const struct vw_decoder_request *request, const void *file, size_t file_bytes,

@@ -22,10 +22,6 @@ void vw_task_read_photo(const struct vw_decoder_request *request, const void *fi
 void vw_task_write_photo(const struct vw_decoder_request *request, const float *pixels,
                          struct vw_decoder_answer *answer, void **file);
 
-// Replaces the pixels by floor(size / factor), at least 1, along each axis; UINT16 for integer images. `factor` > 1.
-// After a failure the image is unchanged.
-enum vw_status vw_image_downscale(struct vw_image *image, uint32_t factor);
-
 // ---- The worker that does them (worker.c) ----
 
 // Confines the process, then answers on VW_DECODER_SOCKET until that is closed. False: it could not go on.

@@ -16,7 +16,8 @@ enum { WIDEST = 4, PANES = 3 };
 
 // ---- Panes ---------------------------------------------------------------------------------------------------------
 
-void vw_panes_choose_size(const struct vw_image *image, uint32_t height_px, uint32_t size_px[2]) {
+// Chooses a size of at most `height_px`, and at most four times as wide as high.
+static void choose_size(const struct vw_image *image, uint32_t height_px, uint32_t size_px[2]) {
     size_px[1] = image->height_px < height_px ? image->height_px : height_px;
     uint64_t width_px = (uint64_t)image->width_px * size_px[1] / image->height_px;
     size_px[0] = width_px < 1 ? 1 : width_px > WIDEST * size_px[1] ? WIDEST * size_px[1] : (uint32_t)width_px;
@@ -55,7 +56,7 @@ static void fit_channel(struct vw_panes *panes, int channel) {
 
 enum vw_status vw_panes_make(const struct vw_panes_params *params, uint32_t view, uint32_t height_px,
                              struct vw_panes *panes) {
-    vw_panes_choose_size(&params->scene->views[view].image, height_px, panes->size_px);
+    choose_size(&params->scene->views[view].image, height_px, panes->size_px);
     size_t pixels = (size_t)panes->size_px[0] * panes->size_px[1];
     panes->photo = vw_allocate(pixels, 3 * sizeof *panes->photo);
     panes->counts = vw_allocate(pixels, 1);
@@ -195,7 +196,7 @@ static enum vw_status enlarge_middle(const struct vw_residuals_params *params, s
     while (known < count && isfinite(candidates[known].psnr_db)) known++;
     if (!known) return VW_OK;
     const struct candidate *middle = &candidates[known / 2];
-    vw_panes_choose_size(&params->panes.scene->views[middle->view].image, height_px, size_px);
+    choose_size(&params->panes.scene->views[middle->view].image, height_px, size_px);
     double rays = (double)size_px[0] * size_px[1];
     if (rays > *left) height_px = (uint32_t)(size_px[1] * sqrt(fmax(*left, 0) / rays));
     if (height_px <= VW_RESIDUALS_HEIGHT_PX) return VW_OK;
@@ -216,7 +217,7 @@ static enum vw_status add_some(const struct vw_residuals_params *params, struct 
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count && json_array_size(*photos) < VW_RESIDUALS_MAX && !status; i++) {
         uint32_t size_px[2];
-        vw_panes_choose_size(&params->panes.scene->views[candidates[i].view].image, VW_RESIDUALS_HEIGHT_PX, size_px);
+        choose_size(&params->panes.scene->views[candidates[i].view].image, VW_RESIDUALS_HEIGHT_PX, size_px);
         *left -= (double)size_px[0] * size_px[1];
         if (*left < 0) break;
         status = add_photo(params, &candidates[i], photos);

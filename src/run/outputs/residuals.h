@@ -31,8 +31,6 @@ struct vw_panes {
     uint8_t *counts; // by pixel
 };
 
-// Chooses a size of at most `height_px`, and at most four times as wide as high.
-void vw_panes_choose_size(const struct vw_image *image, uint32_t height_px, uint32_t size_px[2]);
 // Makes the panes of a view; `panes` must be all zero. Free them also after a failure.
 enum vw_status vw_panes_make(const struct vw_panes_params *params, uint32_t view, uint32_t height_px,
                              struct vw_panes *panes);

@@ -23,6 +23,9 @@
 #include "train/photo_order.h"
 #include "train/step.h"
 
+// Its passes, forward and back.
+enum { ENCODER_CONVOLVE, ENCODER_POOL, ENCODER_SPREAD, ENCODER_CONVOLVE_BACK, ENCODER_GRADIENT, ENCODER_PASSES };
+
 // ---- Params ---------------------------------------------------------------------------------------------------------
 
 enum { LAYER_BLOCKS = ENCODER_TAPS * ENCODER4 };
@@ -114,8 +117,10 @@ enum vw_status vw_encoder_set_thumbnail(const struct vw_radiance_field *field, c
                            sizeof thumbnail);
 }
 
-enum vw_status vw_encoder_create_passes(struct vw_gpu_objects *objects, const struct vw_pass_params *common, bool back,
-                                        struct vw_effect_passes *set) {
+// Creates a set of passes of its own, with vw_shader_spread_photo_codes in place of vw_shader_spread_photo; without
+// `back` only the first two.
+static enum vw_status create_encoder_passes(struct vw_gpu_objects *objects, const struct vw_pass_params *common,
+                                            bool back, struct vw_effect_passes *set) {
     const struct vw_pass_row rows[ENCODER_PASSES] = {
         {&vw_shader_convolve_photo, &set->passes[ENCODER_CONVOLVE]},
         {&vw_shader_pool_photo, &set->passes[ENCODER_POOL]},
@@ -126,7 +131,8 @@ enum vw_status vw_encoder_create_passes(struct vw_gpu_objects *objects, const st
     return vw_passes_create(objects, common, rows, back ? ENCODER_PASSES : ENCODER_SPREAD);
 }
 
-void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submission *submission, uint32_t view) {
+// Records the code of a photo. In a step the photo is the step's; record it after generate_rays.
+static void record_encoder_forward(struct vw_pass *const *passes, struct vw_submission *submission, uint32_t view) {
     struct vw_push_photo push = {.view = view};
     for (; push.layer < ENCODER_LAYERS; push.layer++)
         vw_submission_dispatch(submission, passes[ENCODER_CONVOLVE], &push, sizeof push,
@@ -134,8 +140,9 @@ void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submissi
     vw_submission_dispatch(submission, passes[ENCODER_POOL], NULL, 0, 1);
 }
 
-void vw_encoder_record_back(struct vw_pass *const *passes, const struct vw_push_codes *codes,
-                            struct vw_submission *submission) {
+// Records its gradient, after the field's backward pass. `codes`: what spread_photo_codes takes, NULL without it.
+static void record_encoder_back(struct vw_pass *const *passes, const struct vw_push_codes *codes,
+                                struct vw_submission *submission) {
     struct vw_push_photo push = {.layer = ENCODER_LAYERS - 1};
     vw_submission_dispatch(submission, passes[ENCODER_SPREAD], codes, codes ? sizeof *codes : 0, 1);
     for (; push.layer > 0; push.layer--)
@@ -238,7 +245,7 @@ static enum vw_status create_on_step(const struct vw_step_passes *step, const st
     uint32_t count = bind_own(step, it, bindings);
     vw_step_bind(step, bindings, &count);
     const struct vw_pass_params params = vw_pass_params_of(rendering, bindings, count, NULL);
-    enum vw_status status = vw_encoder_create_passes(&it->objects, &params, false, &it->give);
+    enum vw_status status = create_encoder_passes(&it->objects, &params, false, &it->give);
     return !status ? vw_pass_create_of(&it->objects, &params, &vw_shader_add_gradients, &it->add) : status;
 }
 
@@ -262,7 +269,7 @@ static enum vw_status create_on_picture(const struct vw_step_passes *step, const
                                 composites = vw_pass_params_of(given, bindings, count, NULL);
     const struct vw_pass_row rows[] = {{&vw_shader_shrink_colours, &it->shrink},
                                        {&vw_shader_spread_colours, &it->spread_colours}};
-    enum vw_status status = vw_encoder_create_passes(&it->objects, &renders, true, &it->see);
+    enum vw_status status = create_encoder_passes(&it->objects, &renders, true, &it->see);
     if (!status) status = vw_passes_create(&it->objects, &renders, rows, VW_ARRAY_COUNT(rows));
     return !status ? vw_pass_create_of(&it->objects, &composites, composite, &it->composite) : status;
 }
@@ -338,8 +345,8 @@ static void record_picture(const struct vw_step_passes *step, struct vw_submissi
         vw_submission_dispatch(submission, it->composite, &composite, sizeof composite, chunk.ray_count);
     }
     vw_submission_dispatch(submission, it->shrink, &picture, sizeof picture, THUMBNAIL_PIXELS);
-    vw_encoder_record_forward(it->see.passes, submission, 0);
-    vw_encoder_record_back(it->see.passes, &it->codes, submission);
+    record_encoder_forward(it->see.passes, submission, 0);
+    record_encoder_back(it->see.passes, &it->codes, submission);
     vw_submission_dispatch(submission, it->spread_colours, &picture, sizeof picture, it->padded_rays);
 }
 
@@ -360,7 +367,7 @@ static void record_back(const struct vw_step_passes *step, struct vw_submission 
 static void record_consistency(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number) {
     if (!step->consistency) return;
     const vw_uint4 key = vw_model_key_of_step(step->field->model, number);
-    vw_encoder_record_forward(step->consistency->give.passes, submission, vw_consistency_given_view(step, number));
+    record_encoder_forward(step->consistency->give.passes, submission, vw_consistency_given_view(step, number));
     record_picture(step, submission, key);
     record_back(step, submission, key);
 }
@@ -370,13 +377,13 @@ static void record_consistency(const struct vw_step_passes *step, struct vw_subm
 static void record_photo(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *submission,
                          uint32_t view) {
     (void)model;
-    vw_encoder_record_forward(passes, submission, view);
+    record_encoder_forward(passes, submission, view);
 }
 
 static void record_gradient(const struct vw_step_passes *step, struct vw_pass *const *passes,
                             struct vw_submission *submission, const struct vw_push_rays *rays, uint64_t number) {
     (void)rays;
-    vw_encoder_record_back(passes, NULL, submission);
+    record_encoder_back(passes, NULL, submission);
     record_consistency(step, submission, number);
 }
 

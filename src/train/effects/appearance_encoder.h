@@ -24,25 +24,12 @@ struct vw_thumbnail_choice {
 // all four, a transparent one by its alpha. So w is the share that counts, and a photo all masked is all 0.
 void vw_thumbnail_make(const struct vw_view *view, const struct vw_thumbnail_choice *choice, vw_float4 *thumbnail);
 
-// Its passes, forward and back.
-enum { ENCODER_CONVOLVE, ENCODER_POOL, ENCODER_SPREAD, ENCODER_CONVOLVE_BACK, ENCODER_GRADIENT, ENCODER_PASSES };
-
 // Returns the range of its network in the params, empty without the effect.
 struct vw_param_range vw_encoder_network(const struct vw_model *model);
 
 // Gives the field another thumbnail of a view from here on. Does nothing without the effect.
 enum vw_status vw_encoder_set_thumbnail(const struct vw_radiance_field *field, const struct vw_scene *scene,
                                         uint32_t view, const struct vw_thumbnail_choice *choice);
-
-// Creates a set of passes of its own, with vw_shader_spread_photo_codes in place of vw_shader_spread_photo; without
-// `back` only the first two.
-enum vw_status vw_encoder_create_passes(struct vw_gpu_objects *objects, const struct vw_pass_params *common, bool back,
-                                        struct vw_effect_passes *set);
-// Records the code of a photo. In a step the photo is the step's; record it after generate_rays.
-void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submission *submission, uint32_t view);
-// Records its gradient, after the field's backward pass. `codes`: what spread_photo_codes takes, NULL without it.
-void vw_encoder_record_back(struct vw_pass *const *passes, const struct vw_push_codes *codes,
-                            struct vw_submission *submission);
 
 // ---- The consistency loss -------------------------------------------------------------------------------------------
 
