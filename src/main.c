@@ -148,7 +148,7 @@ static const struct vw_program_command commands[] = {
      "Lists that use --scores were selected with the validation photos: only the test photos are a fair comparison, "
      "with other seeds than those of the valued run. The list random draws as many photos as the list before it, "
      "again for each seed.\n"
-     "Writes to the --out folder: retrainings.db, compare.json, compare.csv, pairs.csv, disagreements.csv, renders/ "
+     "Writes to the --out folder: retrainings.db, compare.json, compare.csv, pairs.csv, renders/ "
      "and report.html. Run the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/csv.h"
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/json.h"
@@ -208,24 +207,6 @@ static struct vw_rows outcomes_of(const struct vw_comparison *comparison, uint32
     return VW_ROWS(outcome_columns, &comparison->outcomes[(size_t)list * seeds], lists * seeds);
 }
 
-static void print_one_sided(FILE *stream, const struct vw_comparison *comparison, const struct vw_photo_set *has,
-                            const struct vw_photo_set *has_not) {
-    for (uint32_t i = 0; i < has->count; i++)
-        if (!vw_photo_set_has(has_not, has->views[i]))
-            vw_csv_print(stream, "t,t,t\n", comparison->session.scene->views[has->views[i]].name, has->name,
-                         has_not->name);
-}
-
-static void print_disagreements(FILE *stream, const void *context) {
-    const struct vw_comparison *comparison = context;
-    const struct vw_photo_sets *sets = &comparison->sets;
-    fputs("photo,in,not_in\n", stream);
-    for (uint32_t a = 0; a < sets->count; a++)
-        for (uint32_t b = 0; b < sets->count; b++)
-            if (!sets->lists[a].random && !sets->lists[b].random)
-                print_one_sided(stream, comparison, &sets->lists[a], &sets->lists[b]);
-}
-
 static enum vw_status write_rows(const char *out, const char *name, struct vw_rows rows) {
     char *path = vw_path_join(out, name);
     enum vw_status status = path ? vw_rows_write_csv(path, &rows) : VW_ERROR_MEMORY;
@@ -235,13 +216,9 @@ static enum vw_status write_rows(const char *out, const char *name, struct vw_ro
 
 static enum vw_status write_csv(const struct vw_comparison *comparison) {
     const char *out = comparison->params->common.out;
-    char *path = vw_path_join(out, "disagreements.csv");
-    enum vw_status status = path ? vw_csv_write_file(path, print_disagreements, comparison) : VW_ERROR_MEMORY;
-    free(path);
-    if (!status) status = write_rows(out, "compare.csv", outcomes_of(comparison, 0, comparison->sets.count));
-    if (!status)
-        status = write_rows(out, "pairs.csv", VW_ROWS(pair_columns, comparison->pairs, comparison->pair_count));
-    return status;
+    enum vw_status status = write_rows(out, "compare.csv", outcomes_of(comparison, 0, comparison->sets.count));
+    if (status) return status;
+    return write_rows(out, "pairs.csv", VW_ROWS(pair_columns, comparison->pairs, comparison->pair_count));
 }
 
 // ---- JSON ----

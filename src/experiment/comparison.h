@@ -51,7 +51,6 @@ struct vw_comparison {
 // report.html, renders/, and
 // - compare.csv: a row per list and seed
 // - pairs.csv: a row per pair and measure
-// - disagreements.csv: a row per photo that one list has and another one has not, random lists left out
 // VW_ERROR_USAGE and VW_ERROR_INPUT name the list or option that is wrong; nothing is written then. Free the result
 // also after a failure.
 enum vw_status vw_comparison_make(const struct vw_comparison_params *params, struct vw_comparison *comparison);

@@ -11,7 +11,7 @@
 #include "base/text.h"
 #include "experiment/experiment.h"
 #include "experiment/retrain.h"
-#include "experiment/worth_subsets.h"
+#include "experiment/worth.h"
 #include "lab/benchmark_files.h"
 #include "lab/evaluation/exact_values.h"
 #include "lab/evaluation/leave_one_out.h"

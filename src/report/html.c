@@ -8,7 +8,6 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
-#include "report/html.h"
 #include "report/page.h"
 
 enum { REAL_DIGITS = 8 }; // more than a page shows

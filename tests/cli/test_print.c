@@ -4,7 +4,7 @@
 
 #include "base/text.h"
 #include "cli/output/print.h"
-#include "cli/output/ranking.h"
+#include "cli/output/results.h"
 #include "support/printed.h"
 #include "viewworth/log.h"
 

@@ -2,7 +2,7 @@
 // views, and lists without scores.
 #include "support/ledger_fixture.h"
 
-#include "experiment/verified_lists.h"
+#include "experiment/verified_selection.h"
 
 enum { PHOTOS = 10 };
 #define CONTROLS "thinned:90% 9; thinned:75% 8; random:90% 9; random:75% 8"

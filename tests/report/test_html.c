@@ -8,7 +8,6 @@
 #include "base/json.h"
 #include "image/image.h"
 #include "report/advice.h"
-#include "report/html.h"
 #include "report/page.h"
 #include "value/lasting_scores.h"
 

@@ -101,7 +101,7 @@ static void print_text(const struct vw_comparison *comparison) {
     print_lists(comparison);
     if (comparison->pair_count) vw_print("\ndifferences of trainings with the same seed [95 %% interval]\n");
     for (uint32_t p = 0; p < comparison->pair_count; p++) print_pair(comparison, &comparison->pairs[p]);
-    vw_print("\ncomparison  %s/compare.json, compare.csv, pairs.csv, disagreements.csv\n", out);
+    vw_print("\ncomparison  %s/compare.json, compare.csv, pairs.csv\n", out);
     if (comparison->rendered_count)
         vw_print("renders     %s/renders/0.png to %u.png: the photo, then each list\n", out,
                  comparison->rendered_count - 1);

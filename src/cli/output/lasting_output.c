@@ -4,7 +4,6 @@
 
 #include "base/memory.h"
 #include "cli/output/print.h"
-#include "cli/output/ranking.h"
 #include "cli/output/results.h"
 #include "ledger/find_image.h"
 #include "value/lasting_scores.h"

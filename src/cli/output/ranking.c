@@ -1,4 +1,4 @@
-#include "cli/output/ranking.h"
+#include "cli/output/results.h"
 
 #include <math.h>
 #include <string.h>

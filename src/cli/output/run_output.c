@@ -5,7 +5,6 @@
 
 #include "base/clock.h"
 #include "cli/output/print.h"
-#include "cli/output/ranking.h"
 #include "cli/output/results.h"
 #include "detect/effects_text.h"
 #include "report/advice.h"

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include "cli/output/print.h"
-#include "cli/output/ranking.h"
 #include "cli/output/results.h"
 #include "report/tables.h"
 #include "value/methods.h"
