@@ -26,19 +26,6 @@
 //   worth_psnr
 //       the loss of validation PSNR of a training on all photos without the photo, at equal steps and over seeds: below
 //       0 the photo harms. Only for runs with retrainings (src/value/worth.h)
-//
-// The other forms that the paper discusses, only on request (vw_value_input.paper_methods):
-//
-//   revisit_psnr, revisit_loss
-//       sum over visits of the measure minus the measure after the photo's previous visit (which may be in burn-in);
-//       this is how the paper's overview figure puts it. The sum telescopes to the last visit's measure minus the
-//       first's
-//   last_epoch_psnr
-//       d in the last epoch
-//   linear_psnr
-//       sum of w d, w = 2 e / (E + 1): later epochs weigh more (the paper's "training progress"); the mean of w is 1
-//   exponential_psnr
-//       sum of w d, w = exp(3 e / E) divided by its mean
 #ifndef VIEWWORTH_VALUE_H
 #define VIEWWORTH_VALUE_H
 
@@ -59,9 +46,10 @@ struct vw_value_input {
     uint32_t burn_in_epochs;
     const struct vw_ledger_image *images; // by image_id
     uint32_t image_count;
-    struct vw_lasting_pass lasting; // not used unless it has a row for every record but the first
-    double beta1;                   // momentum of the run's optimiser, in [0,1); 0: none
-    bool paper_methods;             // also compute the other forms that the paper discusses, after all others
+    struct vw_lasting_pass lasting;  // not used unless it has a row for every record but the first
+    double beta1;                    // momentum of the run's optimiser, in [0,1); 0: none
+    const struct vw_method *further; // methods to compute after all others: those of the laboratory; NULL: none
+    uint32_t further_count;
 };
 
 struct vw_value_method {
@@ -69,7 +57,7 @@ struct vw_value_method {
     bool additive;                     // the scores of several photos can be added
     bool has_zero;                     // 0 means something: scores may be compared with it
 };
-// Lists all methods but those of vw_value_input.paper_methods, in the order of the scores. The array is static.
+// Lists all methods but those of vw_value_input.further, in the order of the scores. The array is static.
 const struct vw_value_method *vw_value_methods(uint32_t *count);
 // Returns NULL for a name that is not in vw_value_methods.
 const struct vw_value_method *vw_value_method_find(const char *name);

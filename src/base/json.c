@@ -81,6 +81,15 @@ enum vw_status vw_json_parse(const char *path, const char *text, size_t size_byt
                    error.text);
 }
 
+enum vw_status vw_json_read_file(const char *path, size_t limit_bytes, json_t **value) {
+    void *text = NULL;
+    size_t size_bytes = 0;
+    enum vw_status status = vw_file_read(path, limit_bytes, &text, &size_bytes);
+    if (!status) status = vw_json_parse(path, text, size_bytes, value);
+    free(text);
+    return status;
+}
+
 // ---- Values --------------------------------------------------------------------------------------------------------
 
 // Returns 0 for -0, which a ledger does not keep.

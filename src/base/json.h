@@ -16,6 +16,8 @@ json_t *vw_json_load(const char *text, size_t size_bytes, size_t flags, json_err
 // Parses the bytes of the file `path`; refuses duplicate keys. VW_ERROR_INPUT names the file, the line and the column.
 enum vw_status vw_json_parse(const char *path, const char *text, size_t size_bytes, json_t **value);
 
+// Reads and parses a file of at most `limit_bytes`.
+enum vw_status vw_json_read_file(const char *path, size_t limit_bytes, json_t **value);
 // Returns a number, or null for NaN and infinity. NULL if memory is short.
 json_t *vw_json_real(double value);
 // Returns the number that the value is with so many digits, as a text with JSON_REAL_PRECISION() reads back.

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "base/file.h"
 #include "base/json.h"
 
 // Returns the member of a cell; NULL where its pointer is.

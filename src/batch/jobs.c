@@ -1,4 +1,4 @@
-#include "batch/jobs.h"
+#include "batch/batch.h"
 
 #include <inttypes.h>
 #include <limits.h>
@@ -177,16 +177,12 @@ static enum vw_status read_file(const char *path, struct file *file) {
 }
 
 enum vw_status vw_jobs_load(const char *path, struct vw_jobs *jobs) {
-    void *text = NULL;
-    size_t size_bytes = 0;
     json_t *root = NULL;
     char *folder = vw_path_folder(path);
     *jobs = (struct vw_jobs){0};
-    enum vw_status status = folder ? vw_file_read(path, VW_JOBS_FILE_BYTES_MAX, &text, &size_bytes) : VW_ERROR_MEMORY;
-    if (!status) status = vw_json_parse(path, text, size_bytes, &root);
+    enum vw_status status = folder ? vw_json_read_file(path, VW_JOBS_FILE_BYTES_MAX, &root) : VW_ERROR_MEMORY;
     if (!status) status = read_file(path, &(struct file){.folder = folder, .root = root, .jobs = jobs});
     json_decref(root);
-    free(text);
     free(folder);
     return status;
 }

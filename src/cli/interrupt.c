@@ -1,4 +1,4 @@
-#include "cli/interrupt.h"
+#include "cli/program.h"
 
 #include <signal.h>
 #include <stddef.h>

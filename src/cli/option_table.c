@@ -1,8 +1,7 @@
 #include "cli/program.h"
 
 #include "base/memory.h"
-#include "batch/jobs.h"
-#include "experiment/comparison.h"
+#include "batch/batch.h"
 #include "experiment/sweep/configurations.h"
 #include "scene/camera_path.h"
 

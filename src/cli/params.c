@@ -8,7 +8,6 @@
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "cli/interrupt.h"
 #include "cli/program.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/plan.h"

@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "cli/options.h"
 #include "viewworth/status.h"
 
@@ -111,5 +112,15 @@ int vw_program_run(const struct vw_program *program, int argc, char **argv);
 extern const struct vw_option vw_option_table[];
 extern const uint32_t vw_option_count;
 extern const struct vw_options vw_options_default;
+
+// ---- Interrupts -----------------------------------------------------------------------------------------------------
+
+// Ctrl-C and SIGTERM as a request to stop between two pieces of work, so that what is recorded stays whole.
+
+// Returns an interrupt that watches from the first time that it is asked. The first SIGINT or SIGTERM of the process
+// after that only makes it requested; the second one ends the program. A signal before that ends the program at once.
+struct vw_interrupt vw_interrupt_watch(void);
+// Asks the kernel for a SIGTERM when the batch that started this process ends, however it ends; nothing without one.
+void vw_interrupt_follow_batch(void);
 
 #endif

@@ -51,6 +51,7 @@ static struct vw_trainer_params params_of(struct vw_retrainer *retrainer, const 
     *config = *retrainer->params.config;
     config->seed = retraining->seed;
     vw_config_set_epochs(config, epochs_of(retrainer, retraining));
+    // Retrainings validate at their end alone: what validation during a run is set to must not change their ids.
     if (!gains(retraining)) config->val_rays = vw_config_default.val_rays;
     config->burn_in_epochs = vw_config_default.burn_in_epochs;
     return (struct vw_trainer_params){.gpu = session->devices[device].gpu,

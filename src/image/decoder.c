@@ -32,8 +32,8 @@ struct server {
     int socket;
 };
 
-// Seen from the folder of this code: in a build beside it; installed in a folder beside libviewworth.so, to which the
-// program viewworth has a longer way. Neither PATH nor another variable has a say.
+// Folders of the decoder, relative to the folder of this code: in a build the same; when installed one beside
+// libviewworth.so, and a longer path from the program viewworth. Neither PATH nor another variable decides.
 static const char *const program_folders[] = {".", "viewworth", VW_DECODER_FOLDER_FROM_PROGRAM};
 
 // Finds the folder of the library that contains this code, or of the program when it is linked into that; owned by the
@@ -161,8 +161,6 @@ static enum vw_status start_server(const char *given_path, struct server *server
     return VW_OK;
 }
 
-// ---- End ----
-
 // ---- The library's side --------------------------------------------------------------------------------------------
 
 enum { PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60, LONGEST_TIME_OUT_S = 1800 };
@@ -287,7 +285,7 @@ static bool is_quiet(const struct worker *worker) {
 static enum vw_status take_worker(enum vw_decoder_task task, uint64_t memory_bytes, struct worker **worker) {
     uint64_t bound = SMALLEST_MEMORY_BYTES;
     while (bound < memory_bytes) bound *= 2;
-    if (bound > machine_bytes()) bound = machine_bytes(); // a decoder that takes more is misled
+    if (bound > machine_bytes()) bound = machine_bytes(); // no honest file takes more
     for (struct worker **at = &decoder.idle; *at;) {
         struct worker *found = *at;
         if (found->memory_bytes != bound || found->task != task) {

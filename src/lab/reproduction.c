@@ -1,4 +1,5 @@
 #include "lab/reproduction.h"
+#include "lab/methods/paper_methods.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -8,6 +9,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "experiment/experiment.h"
+#include "lab/methods/paper_methods.h"
 #include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 #include "run/scoring.h"
@@ -39,7 +41,8 @@ static enum vw_status read_runs(const struct vw_experiment_params *params, bool 
     for (uint32_t i = 0; i < runs->count && !status; i++) {
         status = vw_seed_run_open(params->out, params->config->seed + i, &runs->ledgers[i]);
         if (!status) status = vw_scoring_load(runs->ledgers[i], params->config, &runs->inputs[i]);
-        runs->inputs[i].paper_methods = paper_methods;
+        runs->inputs[i].further = vw_paper_methods;
+        runs->inputs[i].further_count = paper_methods ? vw_paper_method_count : 0;
     }
     return status;
 }

@@ -6,8 +6,7 @@
 #include "base/memory.h"
 #include "ledger/ledger_private.h"
 
-// ---- The hashes of the run row, as ledger.h describes them
-// -----------------------------------------------------------
+// ---- The hashes of the run row, as ledger.h describes them ----------------------------------------------------------
 
 // Adds the one row of a query of columns of the run.
 static enum vw_status hash_run_columns(struct vw_database *database, const char *sql, struct vw_hasher *hasher) {

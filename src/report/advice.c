@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "ledger/find_image.h"
 #include "value/lasting_scores.h"
 #include "viewworth/selection.h"
 #include "viewworth/value.h"

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "base/rows.h"
 #include "ledger/find_image.h"
 
@@ -70,15 +69,6 @@ enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score
     enum vw_status status = sort_scores(path, scores, score_count, images, image_count, &rows);
     if (!status) status = vw_rows_make_csv(path, &rows, made);
     free((void *)rows.rows);
-    return status;
-}
-
-enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
-                                   const struct vw_ledger_image *images, uint32_t image_count) {
-    struct vw_csv_text text = {0};
-    enum vw_status status = vw_report_make_csv(path, scores, score_count, images, image_count, &text);
-    if (!status) status = vw_file_write(path, text.text, text.size_bytes);
-    free(text.text);
     return status;
 }
 

@@ -19,8 +19,6 @@
 // per train image and method, methods in the given order, best first; rank 1 = most valuable, ties by name.
 enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count, struct vw_csv_text *made);
-enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
-                                   const struct vw_ledger_image *images, uint32_t image_count);
 // Prints its header with the line end, or the rows of one of several runs, each with `before` at its start.
 void vw_report_print_csv_header(FILE *stream);
 enum vw_status vw_report_print_csv_rows(FILE *stream, const char *path, const char *before,

@@ -128,8 +128,7 @@ static enum vw_status score(struct vw_run *run) {
     return status;
 }
 
-// ---- Lasting credit
-// -------------------------------------------------------------------------------------------------------
+// ---- Lasting credit -------------------------------------------------------------------------------------------------
 
 static enum vw_status record(struct vw_run *run, struct vw_lasting_pass *pass) {
     struct vw_scoring *scoring = &run->results.scoring;

@@ -8,7 +8,7 @@
 
 #include <stdint.h>
 
-#include "value/step_statistics.h"
+#include "value/series.h"
 #include "viewworth/ledger.h"
 
 enum { VW_LEDGER_WRITER_WAITING_MOST = 1024 }; // steps

@@ -8,7 +8,7 @@
 #include "run/plan/plan.h"
 #include "run/scoring.h"
 #include "run/session.h"
-#include "value/step_statistics.h"
+#include "value/series.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"
 #include "viewworth/value.h"

@@ -13,7 +13,6 @@
 #include "base/cache.h"
 #include "base/clock.h"
 #include "base/file.h"
-#include "base/hash.h"
 #include "base/memory.h"
 #include "image/decoder.h"
 #include "image/image.h"

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/csv.h"
-#include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -245,17 +244,13 @@ static void read_all(struct reading *reading, const json_t *root) {
 }
 
 enum vw_status vw_splits_file_read(struct vw_scene *scene, const char *path, uint8_t *claims, uint32_t *absent_count) {
-    void *text = NULL;
-    size_t size_bytes = 0;
     json_t *root = NULL;
     struct reading reading = {.reader.path = path, .scene = scene, .named = json_object(), .claims = claims};
-    reading.reader.status = vw_file_read(path, LIMIT_BYTES, &text, &size_bytes);
-    if (!reading.reader.status) reading.reader.status = vw_json_parse(path, text, size_bytes, &root);
+    reading.reader.status = vw_json_read_file(path, LIMIT_BYTES, &root);
     if (!reading.reader.status) read_all(&reading, root);
     if (!reading.reader.status) *absent_count = reading.absent_count;
     json_decref(reading.named);
     json_decref(root);
-    free(text);
     return reading.reader.status;
 }
 

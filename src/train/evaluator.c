@@ -8,7 +8,6 @@
 #include "base/statistics.h"
 #include "train/effects/effects.h"
 #include "train/passes.h"
-#include "train/pixels.h"
 #include "train/renderers/registry.h"
 
 const char evaluator_role[] = "validation";

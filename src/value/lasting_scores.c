@@ -7,7 +7,6 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "ledger/find_image.h"
-#include "value/methods.h"
 
 const double vw_lasting_gate_least = 0.8;
 

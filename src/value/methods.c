@@ -1,31 +1,9 @@
 #include "value/methods.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
-
-// ---- Weights of epochs ----
-// Weights that differ are scaled to a mean of 1, so that the scores remain comparable with the plain sum.
-
-static void weigh_all(double *weights, uint32_t epoch_count) {
-    for (uint32_t e = 0; e < epoch_count; e++) weights[e] = 1;
-}
-
-static void weigh_last(double *weights, uint32_t epoch_count) {
-    for (uint32_t e = 0; e < epoch_count; e++) weights[e] = e + 1 == epoch_count;
-}
-
-static void weigh_linearly(double *weights, uint32_t epoch_count) {
-    for (uint32_t e = 0; e < epoch_count; e++) weights[e] = 2.0 * (e + 1) / (epoch_count + 1.0);
-}
-
-static void weigh_exponentially(double *weights, uint32_t epoch_count) {
-    double sum = 0;
-    for (uint32_t e = 0; e < epoch_count; e++) sum += weights[e] = exp(3.0 * (e + 1) / epoch_count);
-    for (uint32_t e = 0; e < epoch_count; e++) weights[e] *= epoch_count / sum;
-}
 
 // ---- The tables ----
 
@@ -59,23 +37,13 @@ const struct vw_value_method *vw_value_method_find(const char *name) {
     return NULL;
 }
 
-// Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), and revisit_* follows its overview
-// figure. The paper also discusses and rejects the last epoch and progress weights. momentum_psnr is our own.
+// Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025). momentum_psnr is our own.
 const struct vw_method vw_methods[] = {
-    {"dv_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_all},
-    {"dv_loss", L1, VW_MEASURE_L1, VW_FORM_STEP, weigh_all},
-    {"momentum_psnr", DB, VW_MEASURE_PSNR, VW_FORM_DECONVOLVED, weigh_all},
+    {"dv_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, NULL},
+    {"dv_loss", L1, VW_MEASURE_L1, VW_FORM_STEP, NULL},
+    {"momentum_psnr", DB, VW_MEASURE_PSNR, VW_FORM_DECONVOLVED, NULL},
 };
 const uint32_t vw_method_count = VW_ARRAY_COUNT(vw_methods);
-
-const struct vw_method vw_paper_methods[] = {
-    {"revisit_psnr", DB, VW_MEASURE_PSNR, VW_FORM_REVISIT, weigh_all},
-    {"revisit_loss", L1, VW_MEASURE_L1, VW_FORM_REVISIT, weigh_all},
-    {"last_epoch_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_last},
-    {"linear_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_linearly},
-    {"exponential_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_exponentially},
-};
-const uint32_t vw_paper_method_count = VW_ARRAY_COUNT(vw_paper_methods);
 
 int vw_score_compare(const void *left, const void *right) {
     const struct vw_ledger_score *a = left, *b = right;

@@ -14,14 +14,11 @@ struct vw_method {
     const char *name, *unit;
     enum vw_measure measure;
     enum vw_form form;
-    vw_weighting *weighting;
+    vw_weighting *weighting; // NULL: all weigh 1
 };
 
 extern const struct vw_method vw_methods[];
 extern const uint32_t vw_method_count;
-// The other forms that the paper discusses: only for vw_value_input.paper_methods.
-extern const struct vw_method vw_paper_methods[];
-extern const uint32_t vw_paper_method_count;
 
 // Compares two struct vw_ledger_score for qsort.
 int vw_score_compare(const void *left, const void *right);

@@ -7,7 +7,6 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "ledger/find_image.h"
 #include "value/evaluation/resampling.h"
 
 static const double TAIL = 0.05;

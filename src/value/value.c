@@ -116,7 +116,8 @@ static enum vw_status prepare(struct scoring *scoring) {
     if (!status) status = allocate(scoring);
     if (!status) status = vw_series_sort_by_photo(&scoring->series, input->image_count, scoring->starts);
     if (status) return status;
-    method->weighting(scoring->weights, scoring->series.epoch_count);
+    for (uint32_t e = 0; e < scoring->series.epoch_count; e++) scoring->weights[e] = 1;
+    if (method->weighting) method->weighting(scoring->weights, scoring->series.epoch_count);
     for (uint32_t i = 0; i < input->image_count; i++) scoring->statistics[i] = count_visits(scoring, i);
     return VW_OK;
 }
@@ -149,14 +150,14 @@ enum { OTHER_METHODS = 4 }; // quality, train_fit, lasting_psnr, lasting_loss
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count) {
     enum vw_status status = VW_OK;
-    uint32_t count = 0, most = vw_method_count + vw_paper_method_count + OTHER_METHODS;
+    uint32_t count = 0, most = vw_method_count + input->further_count + OTHER_METHODS;
     struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * most, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i < vw_method_count; i++) status = score_by(&vw_methods[i], input, made, &count);
     if (!status) status = vw_quality_append(input, made, &count);
     if (!status) status = vw_lasting_scores_append(input, made, &count);
-    for (uint32_t i = 0; !status && input->paper_methods && i < vw_paper_method_count; i++)
-        status = score_by(&vw_paper_methods[i], input, made, &count);
+    for (uint32_t i = 0; !status && i < input->further_count; i++)
+        status = score_by(&input->further[i], input, made, &count);
     if (status) {
         free(made);
         return status;

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/statistics.h"
 #include "ledger/find_image.h"
 #include "value/evaluation/outcomes.h"
 #include "value/evaluation/resampling.h"

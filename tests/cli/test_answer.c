@@ -1,7 +1,7 @@
 // The last lines of value: the verdict, the advice, and the command that comes next.
 #include "support/ledger_fixture.h"
 
-#include "cli/output/answer.h"
+#include "cli/output/results.h"
 #include "support/printed.h"
 #include "support/temporary_folder.h"
 

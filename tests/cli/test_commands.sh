@@ -95,9 +95,8 @@ check "output that cannot be written is a failure" bash -c "'$program' --help >/
 check "devices lists lavapipe" prints '^[0-9]+ +cpu .*llvmpipe' "$program" devices
 check "devices --json lists lavapipe" answers "(SELECT count(*) FROM json_each(j, '\$.devices') WHERE value ->> 'kind' = 'cpu'
     AND value ->> 'name' LIKE 'llvmpipe%') = 1" "$program" devices --json
-check "devices says what bits depend on" prints \
-    'bits depend on: NaN kept; denormals .*; rounding .*; 64-bit atomics; subgroups of [1-9][0-9]*; driver version 0x' "$program" devices
-check "and so does devices --json" answers "(SELECT count(*) FROM json_each(j, '\$.devices') WHERE value ->> '\$.bits_depend_on.keeps_nan'
+check "devices --json says what bits depend on" answers "(SELECT count(*) FROM json_each(j, '\$.devices')
+    WHERE value ->> '\$.bits_depend_on.keeps_nan'
     AND value ->> '\$.bits_depend_on.subgroup_size' > 0) >= 1" "$program" devices --json
 check "a device that is not there is refused" refuses 'abacus' value "$scene" --out "$folder/none" --device abacus
 check "info shows splits and effects" prints '^distortion ' "$program" info "$scene" --pilot-steps 0

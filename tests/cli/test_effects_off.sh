@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# An effect that is off costs nothing (design, decision 7): every shader, specialised with the effect off and optimised, has the same code
-# as one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in shaders/list.cmake.
+# An effect that is off costs nothing (decision 7 of src/README.md): every shader, specialised with the effect off and optimised, has the
+# same code as one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in
+# shaders/list.cmake.
 # test_effects_off.sh PROGRAM [EFFECT]...: these alone. Skipped while shaders and effects are as they were when it last passed.
 # In the second form the switch is no specialization constant but 0, and VW_WITHOUT_<EFFECT> is defined for what else wants to be left out.
 # label: unsanitized

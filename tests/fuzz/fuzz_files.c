@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/text.h"
-#include "batch/jobs.h"
+#include "batch/batch.h"
 #include "interface.h"
 #include "ledger/step_log.h"
 #include "train/files/training_files.h"

@@ -10,19 +10,19 @@ static const struct vw_ledger_image images[] = {
     {9, "d.png", "train", "bob", HEX_A, NULL},
 };
 
-static char *written(const char *folder, const struct vw_ledger_score *scores, uint32_t count) {
-    AUTO_FREE char *path = vw_path_join(folder, "scores.csv");
-    ASSERT_OK(vw_report_write_csv(path, scores, count, images, VW_ARRAY_COUNT(images)));
-    return temporary_read(path, NULL);
+static char *made(const struct vw_ledger_score *scores, uint32_t count) {
+    struct vw_csv_text text = {0};
+    ASSERT_OK(vw_report_make_csv("scores.csv", scores, count, images, VW_ARRAY_COUNT(images), &text));
+    return text.text;
 }
 
-FOLDER_TEST(rows_are_ranked_within_their_method) {
+TEST(rows_are_ranked_within_their_method) {
     const struct vw_ledger_score scores[] = {
         {0, "z_first", 0.5, "dB", 0.125, 3, 0.25, 0.75, 2, 3}, {3, "z_first", 0.5, "dB", NAN, 1, NAN, NAN, 0, 0},
         {4, "z_first", -2, "dB", 1, 3, -4, NAN, 3, 4},         {9, "z_first", 7, "dB", 0, 3, 7, 7, 1, 1},
         {0, "a_second", -1, "m", 0.5, 2, -2, 1e-300, 1, 2},    {3, "a_second", 1e-300, "m", 0.5, 2, -1, 1, 1, 2},
     };
-    char *text = written(*state, scores, VW_ARRAY_COUNT(scores));
+    char *text = made(scores, VW_ARRAY_COUNT(scores));
     assert_string_equal(text,
                         "name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high\n"
                         "d.png,bob,z_first,7,dB,0,3,1,7,7,1,1\n"
@@ -32,13 +32,13 @@ FOLDER_TEST(rows_are_ranked_within_their_method) {
                         "\"a\"\"quote\"\".png\",,a_second,1e-300,m,0.5,2,1,-1,1,1,2\n"
                         "\"b,comma.png\",alice,a_second,-1,m,0.5,2,2,-2,1e-300,1,2\n");
     free(text);
-    text = written(*state, NULL, 0);
+    text = made(NULL, 0);
     assert_string_equal(text, "name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,"
                               "rank_ci_low,rank_ci_high\n");
     free(text);
 }
 
-FOLDER_TEST(reals_read_back_and_are_short) {
+TEST(reals_read_back_and_are_short) {
     const struct {
         double value;
         const char *shortest; // NULL: only reads back
@@ -51,7 +51,7 @@ FOLDER_TEST(reals_read_back_and_are_short) {
                  {M_PI, NULL}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(reals); i++) {
         const struct vw_ledger_score score = {9, "m", reals[i].value, "dB", NAN, 1, NAN, NAN, 0, 0};
-        char *text = written(*state, &score, 1), *field = strstr(text, ",m,") + 3;
+        char *text = made(&score, 1), *field = strstr(text, ",m,") + 3;
         *strchr(field, ',') = 0;
         assert_true(strtod(field, NULL) == reals[i].value);
         if (reals[i].shortest) assert_string_equal(field, reals[i].shortest);
@@ -59,11 +59,10 @@ FOLDER_TEST(reals_read_back_and_are_short) {
     }
 }
 
-FOLDER_TEST(failures_name_the_file) {
+TEST(failures_name_the_file) {
     const struct vw_ledger_score score = {5, "m", 1, "dB", NAN, 1, NAN, NAN, 0, 0};
-    AUTO_FREE char *path = vw_path_join(*state, "missing/scores.csv");
-    assert_int_equal(vw_report_write_csv(path, &score, 1, images, VW_ARRAY_COUNT(images)),
-                     VW_ERROR_INPUT); // no image 5
-    assert_non_null(strstr(vw_error_message(), "image 5"));
-    ASSERT_FAILS(vw_report_write_csv(path, &score, 0, images, VW_ARRAY_COUNT(images)), VW_ERROR_IO, path);
+    struct vw_csv_text text = {0};
+    enum vw_status status = vw_report_make_csv("scores.csv", &score, 1, images, VW_ARRAY_COUNT(images), &text);
+    ASSERT_FAILS(status, VW_ERROR_INPUT, "image 5");
+    assert_non_null(strstr(vw_error_message(), "scores.csv"));
 }

@@ -1,4 +1,4 @@
-// The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of the design). On the
+// The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of src/README.md). On the
 // default device, with validation.
 #include "support/cmocka_test.h"
 

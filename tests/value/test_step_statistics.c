@@ -1,7 +1,7 @@
 // When a run is given up: by its steps alone, at the same one however they come.
 #include "support/cmocka_test.h"
 
-#include "value/step_statistics.h"
+#include "value/series.h"
 
 // Returns the first step, counting from 1, after which a run whose step s is flagged as flagged(s) says is given up; 0
 // when it never is.

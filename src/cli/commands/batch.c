@@ -6,7 +6,6 @@
 
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/interrupt.h"
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 #include "cli/params.h"

@@ -11,27 +11,12 @@ static const char *const kind_names[] = {
     [VW_GPU_CPU] = "cpu",
 };
 
-static const char *denormals(const struct vw_gpu_arithmetic *bits) {
-    if (bits->keeps_denormals && bits->flushes_denormals) return "kept or flushed";
-    return bits->keeps_denormals ? "kept" : bits->flushes_denormals ? "flushed" : "the driver's choice";
-}
-
-static void print_arithmetic(const struct vw_gpu_arithmetic *bits) {
-    if (!bits->subgroup_size) return; // not known
-    vw_print("%32sbits depend on: NaN %s; denormals %s; rounding %s; %s atomics; subgroups of %" PRIu32
-             "; driver version %#" PRIx32 "\n",
-             "", bits->keeps_nan ? "kept" : "the driver's choice", denormals(bits),
-             bits->rounds_to_even ? "to even" : "the driver's choice", bits->int64_atomics ? "64-bit" : "split 32-bit",
-             bits->subgroup_size, bits->driver_version);
-}
-
 static void print_table(const struct vw_gpu_info *infos, uint32_t count) {
     vw_print("index  kind        memory      name and driver\n");
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_gpu_info *info = &infos[i];
         vw_print("%-5" PRIu32 "  %-10s  %6.1f GiB  %s\n%32s%s\n", info->index, kind_names[info->kind],
                  (double)info->memory_bytes / 0x1p30, info->name, "", info->driver);
-        print_arithmetic(&info->arithmetic);
         if (info->unsupported_reason[0]) vw_print("%32sunfit: %s\n", "", info->unsupported_reason);
     }
 }

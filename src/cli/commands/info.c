@@ -3,9 +3,8 @@
 
 #include "cli/commands/commands.h"
 #include "cli/output/results.h"
-#include "cli/params.h"
 #include "detect/decide.h"
-#include "experiment/prices.h"
+#include "experiment/experiment.h"
 #include "run/session.h"
 #include "viewworth/log.h"
 

@@ -1,10 +1,10 @@
 #include <string.h>
 
 #include "cli/commands/commands.h"
-#include "cli/interrupt.h"
 #include "cli/output/print.h"
 #include "cli/output/progress.h"
 #include "cli/output/results.h"
+#include "cli/program.h"
 #include "run/lasting/lasting.h"
 #include "run/recorded/recorded_run.h"
 

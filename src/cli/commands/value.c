@@ -4,8 +4,6 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/interrupt.h"
-#include "cli/output/answer.h"
 #include "cli/output/progress.h"
 #include "cli/output/results.h"
 #include "cli/params.h"

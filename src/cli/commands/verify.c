@@ -2,8 +2,8 @@
 #include <string.h>
 
 #include "cli/commands/commands.h"
-#include "cli/interrupt.h"
 #include "cli/output/print.h"
+#include "cli/program.h"
 #include "experiment/worth.h"
 #include "run/verify/verify.h"
 

@@ -1,9 +1,8 @@
 #include "cli/commands/commands.h"
 
-#include "cli/interrupt.h"
-#include "cli/output/answer.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
+#include "cli/program.h"
 #include "experiment/worth.h"
 
 static struct vw_worth_run_params params_of(const struct vw_options *options, const char *out, uint32_t retrainings) {

@@ -1,4 +1,4 @@
-#include "cli/output/answer.h"
+#include "cli/output/results.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/output/print.h"
-#include "experiment/prices.h"
+#include "experiment/experiment.h"
 #include "run/plan/accuracy_levels.h"
 #include "value/halves.h"
 

@@ -1,7 +1,7 @@
 #include <inttypes.h>
 
-#include "cli/interrupt.h"
 #include "cli/output/print.h"
+#include "cli/program.h"
 #include "lab/commands/commands.h"
 #include "lab/probes/probe_run.h"
 

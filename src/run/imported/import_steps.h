@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "value/step_statistics.h"
+#include "value/series.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 #include "viewworth/types.h"

@@ -11,7 +11,6 @@
 #include "base/hash.h"
 #include "base/inside.h"
 #include "base/memory.h"
-#include "base/text.h"
 #include "base/text_stream.h"
 #include "run/out_folder.h"
 

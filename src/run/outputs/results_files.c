@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/hash.h"
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"

@@ -203,8 +203,8 @@ struct table_sources {
 
 // ---- Providers -----------------------------------------------------------------------------------------------------
 
-// Reads providers of the ledger's images from a file, through views, since its reader does not know images. The views
-// own the names.
+// Reads providers of the ledger's images from a file. Its reader takes the views of a scene: these are made up, and own
+// the names.
 static enum vw_status read_providers(const char *path, struct vw_ledger_image *images, struct vw_view *views,
                                      uint32_t count) {
     static char format[] = "colmap"; // names may lack the folder of the photos

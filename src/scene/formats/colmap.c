@@ -6,7 +6,6 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "image/image.h"
 #include "scene/builder.h"
 
 // ---- Points --------------------------------------------------------------------------------------------------------

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "base/inside.h"
 #include "base/memory.h"
 #include "base/text.h"

@@ -9,7 +9,6 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "image/image.h"
 #include "scene/builder.h"
 #include "scene/formats/transforms.h"
 

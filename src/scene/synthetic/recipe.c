@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
-#include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "image/pixel.h"
@@ -213,18 +211,10 @@ static void read_world(struct vw_json_reader *reader, const json_t *root, struct
 
 static const uint64_t PIXELS_MAX = UINT64_C(1) << 28; // for all views together: 1 GiB of photos
 
-static enum vw_status parse_file(const char *path, json_t **root) {
-    void *text = NULL;
-    size_t size_bytes = 0;
-    enum vw_status status = vw_file_read(path, VW_RECIPE_LIMIT_BYTES, &text, &size_bytes);
-    if (!status) status = vw_json_parse(path, text, size_bytes, root);
-    free(text);
-    return status;
-}
-
 static enum vw_status read_recipe(struct vw_recipe *recipe, struct vw_scene *scene) {
     json_t *root = NULL;
-    struct vw_json_reader reader = {.path = recipe->path, .status = parse_file(recipe->path, &root)};
+    struct vw_json_reader reader = {.path = recipe->path,
+                                    .status = vw_json_read_file(recipe->path, VW_RECIPE_LIMIT_BYTES, &root)};
     read_world(&reader, root, recipe, &scene->box);
     vw_recipe_read_cameras(&reader, root, recipe, scene);
     vw_recipe_read_defects(&reader, root, recipe, scene);

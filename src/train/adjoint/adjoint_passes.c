@@ -470,7 +470,7 @@ static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_s
     const struct vw_step_passes *step = backward->context->step;
     const struct vw_push_block block = {.count = block_vectors(backward),
                                         .beta1 = step->field->model->specialization.beta1};
-    record_restore(backward, submission, backward->blocks.before); // which correct the photo
+    record_restore(backward, submission, backward->blocks.before); // its pose params correct the rays of the photo
     vw_submission_dispatch(submission, vw_volume_step_of(step)->gradient.of_rays.generate, rays, sizeof *rays,
                            step->padded_rays);
     vw_submission_dispatch(submission, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);

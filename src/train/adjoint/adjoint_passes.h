@@ -89,8 +89,7 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
 void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint64_t number,
                             uint32_t first_pixel, uint32_t row);
 
-// ---- For methods that go forwards, too (lab/gradients/)
-// --------------------------------------------------------------
+// ---- For methods that go forwards, too (lab/gradients/) -------------------------------------------------------------
 
 // Takes step `number` as vw_step_record_passes() does, which gives the same bits, and leaves its gradient in the block.
 void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,

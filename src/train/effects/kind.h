@@ -5,8 +5,8 @@
 //
 // Outside effects/, these files of train/ name an effect: fields/hash.c and fields/mlp.c (transient), field.c
 // (unbounded), model.c (sky, background, unbounded, wide_box), step.c (sky), renderers/volume/ (transient,
-// appearance_code, appearance_encoder), adjoint/adjoint_passes.c (appearance_code), trainer_outputs.c (appearance). The
-// list is of train/ only.
+// appearance_code, appearance_encoder), adjoint/adjoint_passes.c (appearance_code), trainer_outputs.c (appearance),
+// evaluator.c (unbounded), renderers/splats/ (distortion).
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 

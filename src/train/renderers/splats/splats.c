@@ -140,8 +140,7 @@ struct vw_splat_tile vw_splat_tile_at(const struct vw_splat_view *view, uint32_t
     return (struct vw_splat_tile){index, row << 16 | column, view->first_cell + row * view->columns + column};
 }
 
-// ---- Params of passes that a step and an evaluator share
-// -------------------------------------------------------------
+// ---- Params of passes that a step and an evaluator share ------------------------------------------------------------
 
 struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field *field,
                                                   const struct vw_specialization *run,

@@ -1,13 +1,15 @@
 // Every method on games whose values are known, and against a plain recomputation.
 #include "support/value_game.h"
 
+#include "lab/methods/paper_methods.h"
+
 static const uint64_t seed = 5;
 enum { EPOCHS = 13, BURN_IN = 1, VALUED = EPOCHS - BURN_IN, ALL = (1 << TEST_TRAIN_COUNT) - 1 };
 
 static struct vw_ledger_score *score(const struct test_game *game, double beta1, uint32_t *count) {
     struct vw_value_input input = test_input_of(game, BURN_IN, beta1);
     struct vw_ledger_score *scores = NULL;
-    input.paper_methods = true;
+    input.further = vw_paper_methods, input.further_count = vw_paper_method_count;
     ASSERT_OK(vw_value_score(&input, &scores, count));
     return scores;
 }
@@ -224,7 +226,7 @@ TEST(a_single_epoch_has_scores_without_errors) {
     struct vw_value_input input = test_input_of(game, 0, 0);
     struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
-    input.paper_methods = true;
+    input.further = vw_paper_methods, input.further_count = vw_paper_method_count;
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     for (uint32_t i = 0; i < count; i++) {
         assert_true(isfinite(scores[i].value) && isnan(scores[i].standard_error));
