@@ -57,7 +57,7 @@ struct vw_ledger_run {
     const char *started_utc;
     const char *scene_options_json; // the options that the scene was opened with ("{}": none), or the hash of an
                                     // imported log, with validated_every where its steps share changes (step_log.h)
-    const char *effects_json;       // the verdict on every effect, with its evidence (decision 7)
+    const char *effects_json;       // the decision on every effect, with its evidence (decision 7)
     const char *plan_json;          // the decisions of --accuracy or --budget; "{}" or NULL: neither was given
     const char *status;       // "running", "finished", "interrupted" or "failed"; vw_ledger_create writes "running"
     const char *finished_utc; // when the run last ended; NULL: not yet. vw_ledger_create ignores it

@@ -176,7 +176,7 @@ const char *vw_coarse_network_name(enum vw_coarse_network network); // "shared",
 
 enum { VW_EFFECT_COUNT_MAX = 16, VW_MEASURED_ON_BYTES = 240 };
 
-struct vw_effect_verdict {
+struct vw_effect_decision {
     const char *name;       // "distortion", "background"
     bool called_for;        // evidence_low >= threshold, and beside the effects that were chosen before
     double evidence;        // measured on the scene; NaN: unknown, which calls for nothing
@@ -190,24 +190,24 @@ struct vw_effect_verdict {
 };
 
 // Lists every known effect, in registry order, with nothing measured and nothing on.
-void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+void vw_effects_list(struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count);
 // Switches effects on as they are called for and as `effects` (--effects) says. An effect that +a,-b does not name goes
 // off without the effect that it requires, and beside one that it conflicts with. VW_ERROR_USAGE when `effects` names
 // an unknown effect.
-enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
+enum vw_status vw_effects_choose(const char *effects, struct vw_effect_decision *decisions, uint32_t count);
 // Switches off what the config's field, or importance samples, cannot have. VW_ERROR_USAGE, naming both, where
 // config->effects names it.
-enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_decision *decisions,
                                        uint32_t count);
-// Returns the verdict on the effect of that name; NULL for one that is not in the list.
-struct vw_effect_verdict *vw_effects_find(struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
+// Returns the decision on the effect of that name; NULL for one that is not in the list.
+struct vw_effect_decision *vw_effects_find(struct vw_effect_decision *decisions, uint32_t count, const char *name);
 // Returns whether the effect of that name is on; false for one that is not in the list.
-bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
+bool vw_effects_is_on(const struct vw_effect_decision *decisions, uint32_t count, const char *name);
 // Returns whether an effect is on that fits each measured view on its left half, so that only the right half is scored.
-bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count);
+bool vw_effects_fit_views(const struct vw_effect_decision *decisions, uint32_t count);
 // Returns whether errors of whole views are of right halves: such an effect is on, or appearance_encoder, which then
 // sees only the left halves.
-bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t count);
+bool vw_effects_halve_views(const struct vw_effect_decision *decisions, uint32_t count);
 
 VW_PUBLIC_END
 

@@ -156,28 +156,28 @@ static const struct detector *find_fact(const char *effect) {
 
 // Judges appearance by the points that photos share, if the choice leaves it open.
 static enum vw_status find_appearance(const struct vw_scene *scene, const char *choice,
-                                      struct vw_effect_verdict *verdicts, uint32_t count) {
+                                      struct vw_effect_decision *decisions, uint32_t count) {
     struct vw_photometric_evidence evidence;
-    struct vw_effect_verdict *verdict = vw_effects_find(verdicts, count, "appearance");
+    struct vw_effect_decision *decision = vw_effects_find(decisions, count, "appearance");
     if (!scene->points_tell_exposures || !vw_effects_leave_to_evidence(choice) ||
         vw_effects_names(choice, "appearance"))
         return VW_OK;
     enum vw_status status = vw_photometric_measure(scene, &evidence);
     if (status) return status;
-    verdict->evidence = evidence.gain_db;
-    verdict->evidence_stderr = evidence.stderr_db;
-    verdict->evidence_low = evidence.low_db;
-    verdict->threshold = PRICE_DB;
-    verdict->called_for = evidence.low_db >= PRICE_DB;
-    snprintf(verdict->measured_on, sizeof verdict->measured_on,
+    decision->evidence = evidence.gain_db;
+    decision->evidence_stderr = evidence.stderr_db;
+    decision->evidence_low = evidence.low_db;
+    decision->threshold = PRICE_DB;
+    decision->called_for = evidence.low_db >= PRICE_DB;
+    snprintf(decision->measured_on, sizeof decision->measured_on,
              "exposures, at %d dB, by %llu observations of points in %u train photos", PHOTOMETRIC_LEVEL_DB,
              (unsigned long long)evidence.observation_count, evidence.photo_count);
     return VW_OK;
 }
 
 enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *choice,
-                                     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
-    struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
+                                     struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+    struct vw_effect_decision decided[VW_EFFECT_COUNT_MAX];
     uint32_t decided_count;
     vw_effects_list(decided, &decided_count);
     for (uint32_t i = 0; i < decided_count; i++) {
@@ -191,7 +191,7 @@ enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *c
     enum vw_status status = find_appearance(scene, choice, decided, decided_count);
     if (!status) status = vw_effects_choose(choice, decided, decided_count);
     if (status) return status;
-    memcpy(verdicts, decided, decided_count * sizeof *decided);
+    memcpy(decisions, decided, decided_count * sizeof *decided);
     *count = decided_count;
     return VW_OK;
 }
@@ -201,7 +201,7 @@ enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *c
 struct search {
     struct vw_pilots pilots;
     struct vw_pilots_params params;
-    struct vw_effect_verdict *verdicts;
+    struct vw_effect_decision *decisions;
     const struct vw_effect *effects;
     uint32_t count;
     uint32_t set;        // a bit for each effect that was chosen so far, by its place in the registry
@@ -246,32 +246,32 @@ static uint32_t replaced_by(const struct search *search, uint32_t effect) {
     return bit_of(search, search->effects[effect].hides) & search->set & search->candidates;
 }
 
-static void describe_measurement(struct vw_effect_verdict *verdict, const struct search *search, uint32_t effect,
+static void describe_measurement(struct vw_effect_decision *decision, const struct search *search, uint32_t effect,
                                  const struct vw_pilot_gain *gain) {
     const struct vw_pilots *pilots = &search->pilots;
-    size_t room = sizeof verdict->measured_on;
-    int used = snprintf(verdict->measured_on, room,
+    size_t room = sizeof decision->measured_on;
+    int used = snprintf(decision->measured_on, room,
                         "%d x %u steps of %u rays on %u train photos, scored on %u of them held out; beside",
                         PILOT_FOLDS, pilots->steps, pilots->config.rays, pilots->photo_count, gain->photo_count);
     bool any = false;
     for (uint32_t i = 0; i < search->count && used >= 0 && (size_t)used < room; i++) {
         if (!(search->set >> i & 1)) continue;
-        used += snprintf(verdict->measured_on + used, room - (size_t)used, "%s%s", any ? ", " : " ",
+        used += snprintf(decision->measured_on + used, room - (size_t)used, "%s%s", any ? ", " : " ",
                          search->effects[i].name);
         any = true;
     }
     const char *end = !any ? " no effect" : replaced_by(search, effect) ? ", taken unless surely worse" : "";
-    if (used >= 0 && (size_t)used < room) snprintf(verdict->measured_on + used, room - (size_t)used, "%s", end);
+    if (used >= 0 && (size_t)used < room) snprintf(decision->measured_on + used, room - (size_t)used, "%s", end);
 }
 
 static void take_gain(const struct search *search, uint32_t effect, const struct vw_pilot_gain *gain) {
-    struct vw_effect_verdict *verdict = &search->verdicts[effect];
-    verdict->evidence = gain->mean_db;
-    verdict->evidence_stderr = gain->stderr_db;
-    verdict->evidence_low = gain->low_db;
-    verdict->threshold = PRICE_DB;
-    verdict->called_for = gain->low_db >= PRICE_DB;
-    describe_measurement(verdict, search, effect, gain);
+    struct vw_effect_decision *decision = &search->decisions[effect];
+    decision->evidence = gain->mean_db;
+    decision->evidence_stderr = gain->stderr_db;
+    decision->evidence_low = gain->low_db;
+    decision->threshold = PRICE_DB;
+    decision->called_for = gain->low_db >= PRICE_DB;
+    describe_measurement(decision, search, effect, gain);
 }
 
 // Judges the gain of an effect beside those chosen so far.
@@ -279,10 +279,10 @@ static struct vw_pilot_gain judge(const struct search *search, uint32_t effect) 
     const struct vw_pilot *without = vw_pilots_find(&search->pilots, search->set),
                           *with = vw_pilots_find(&search->pilots, search->set | 1u << effect);
     const struct vw_pilot_gain gain = vw_pilot_gain(&search->pilots, with, without);
-    struct vw_effect_verdict *verdict = &search->verdicts[effect];
+    struct vw_effect_decision *decision = &search->decisions[effect];
     take_gain(search, effect, &gain);
-    verdict->ms_per_step = with->ms_per_step - without->ms_per_step;
-    verdict->device_bytes = (double)with->device_bytes - (double)without->device_bytes;
+    decision->ms_per_step = with->ms_per_step - without->ms_per_step;
+    decision->device_bytes = (double)with->device_bytes - (double)without->device_bytes;
     return gain;
 }
 
@@ -301,11 +301,11 @@ static bool is_deferred(const struct search *search, uint32_t effect) {
 
 static void add(struct search *search, uint32_t effect) {
     uint32_t replaced = replaced_by(search, effect);
-    search->verdicts[effect].called_for = true;
+    search->decisions[effect].called_for = true;
     search->set |= 1u << effect;
     search->set &= ~replaced;
     for (uint32_t i = 0; i < search->count; i++)
-        if (replaced >> i & 1) search->verdicts[i].called_for = false;
+        if (replaced >> i & 1) search->decisions[i].called_for = false;
 }
 
 static double high_db(const struct vw_pilot_gain *gain) { return 2.0 * gain->mean_db - gain->low_db; }
@@ -340,7 +340,7 @@ static enum vw_status take_round(struct search *search, bool tries_deferred, boo
     }
     *added = !status && best_db >= PRICE_DB;
     for (uint32_t i = 0; i < count && !status; i++) // until a later round has measured it beside the chosen one
-        search->verdicts[tried[i]].called_for = false;
+        search->decisions[tried[i]].called_for = false;
     if (*added) add(search, best);
     return status;
 }
@@ -380,11 +380,11 @@ static enum vw_status rule_out(const struct vw_scene *scene, struct search *sear
     bool within = points.known && points.outside_share < OUTSIDE_SHARE && points.bare_share < BARE_SHARE &&
                   points.inner_share > INNER_SHARE;
     for (size_t i = 0; i < VW_ARRAY_COUNT(beyond) && !status && within; i++) {
-        struct vw_effect_verdict *verdict = vw_effects_find(search->verdicts, search->count, beyond[i]);
+        struct vw_effect_decision *decision = vw_effects_find(search->decisions, search->count, beyond[i]);
         if (!(search->candidates & bit_of(search, beyond[i]))) continue;
         search->candidates &= ~bit_of(search, beyond[i]);
         snprintf(
-            verdict->measured_on, sizeof verdict->measured_on,
+            decision->measured_on, sizeof decision->measured_on,
             "ruled out: %.1f %% of the observations of points lie outside the box, %.0f %% of the photos' area has "
             "no points",
             100.0 * points.outside_share, 100.0 * points.bare_share);
@@ -427,20 +427,20 @@ static const struct vw_effect *find_rival(const struct search *search, uint32_t 
 // Names the rival of each effect that gained enough and was not chosen, since the gain alone would call for it.
 static void explain_left_out(struct search *search) {
     for (uint32_t i = 0; i < search->count; i++) {
-        struct vw_effect_verdict *verdict = &search->verdicts[i];
+        struct vw_effect_decision *decision = &search->decisions[i];
         const struct vw_effect *rival = find_rival(search, i);
-        size_t used = strlen(verdict->measured_on);
-        if (search->set >> i & 1 || !rival || !(verdict->evidence_low >= verdict->threshold)) continue;
-        snprintf(verdict->measured_on + used, sizeof verdict->measured_on - used, "; %s was taken instead",
+        size_t used = strlen(decision->measured_on);
+        if (search->set >> i & 1 || !rival || !(decision->evidence_low >= decision->threshold)) continue;
+        snprintf(decision->measured_on + used, sizeof decision->measured_on - used, "; %s was taken instead",
                  rival->name);
     }
 }
 
 static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
-                              struct vw_effect_verdict *verdicts, uint32_t count) {
-    struct search search = {.verdicts = verdicts};
+                              struct vw_effect_decision *decisions, uint32_t count) {
+    struct search search = {.decisions = decisions};
     search.effects = vw_effects_get(&search.count);
-    for (uint32_t i = 0; i < count; i++) search.set |= (uint32_t)verdicts[i].on << i;
+    for (uint32_t i = 0; i < count; i++) search.set |= (uint32_t)decisions[i].on << i;
     enum vw_status status = list_candidates(scene, planned, &search);
     if (status) return status;
     uint32_t fitted = bit_of(&search, "appearance") | bit_of(&search, "appearance_code");
@@ -448,7 +448,7 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
                                               .scene = scene,
                                               .planned = planned,
                                               .steps = vw_pilot_steps(scene, planned),
-                                              .masks = vw_effects_obey_masks(scene, verdicts, count),
+                                              .masks = vw_effects_obey_masks(scene, decisions, count),
                                               .fits = search.asks_photos || search.set & fitted};
     if (!search.candidates && !search.asks_photos) return VW_OK;
     status = vw_pilots_open(&search.params, &search.pilots);
@@ -463,15 +463,15 @@ bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *sce
 }
 
 enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
-                                 struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
-    struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
+                                 struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+    struct vw_effect_decision decided[VW_EFFECT_COUNT_MAX];
     uint32_t decided_count;
     enum vw_status status = vw_effects_find_facts(scene, planned->effects, decided, &decided_count);
     if (!status && vw_effects_need_pilots(gpu, scene, planned))
         status = measure(gpu, scene, planned, decided, decided_count);
     if (!status) status = vw_effects_choose(planned->effects, decided, decided_count);
     if (status) return status;
-    memcpy(verdicts, decided, decided_count * sizeof *decided);
+    memcpy(decisions, decided, decided_count * sizeof *decided);
     *count = decided_count;
     return VW_OK;
 }
@@ -479,7 +479,7 @@ enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scen
 // ---- Cost -----------------------------------------------------------------------------------------------------------
 
 // Together, pilots look at no more than a tenth of the rays that the run trains on, where that leaves enough for a
-// verdict. Most searches make so many: a pilot without, one with each effect, and a second round.
+// decision. Most searches make so many: a pilot without, one with each effect, and a second round.
 enum { STEPS_LEAST = 256, STEPS_MOST = 1024, PILOTS_EXPECTED = 6 };
 static const double SHARE = 0.1;
 

@@ -37,18 +37,18 @@ enum vw_status vw_point_evidence_find(const struct vw_scene *scene, struct vw_po
 // Decides for a run of the scene with the config `planned`, whose `effects` leave the choice or make it. Without a
 // device (NULL), with planned->pilot_steps = 0, on fewer than 8 train photos, or where `effects` leaves nothing open,
 // there are no pilots: what only they could tell is NaN, and off. The same scene, config and device give the same
-// verdicts, whatever the seed of the run.
+// decisions, whatever the seed of the run.
 enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
-                                 struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+                                 struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count);
 // Finds only what files and points tell, with `effects` applied to it. May decode the train photos.
 enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *effects,
-                                     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+                                     struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count);
 
 // Decides in the same way, with what pilots measured before on the same scene, device and version, kept in the user's
 // cache folder (decision_cache.c). Facts are always found anew.
 enum vw_status vw_effects_decide_cached(struct vw_gpu *gpu, const struct vw_scene *scene,
                                         const struct vw_config *planned,
-                                        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+                                        struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count);
 
 // Returns whether the decision needs pilots.
 bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned);

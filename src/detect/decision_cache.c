@@ -41,7 +41,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     }
     vw_shader_hash(shaders);
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth verdicts 3");
+    vw_hasher_add_text(&hasher, "viewworth decisions 3");
     vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
     vw_hasher_add_text(&hasher, config);
     vw_hasher_add_integer(&hasher, vw_pilot_steps_in_doubt(scene, planned));
@@ -63,7 +63,7 @@ enum { NAME_BYTES = 64 };
 static void name_file(const uint8_t key[VW_HASH_BYTES], char name[NAME_BYTES]) {
     char hex[VW_HASH_HEX_BYTES];
     vw_hash_to_hex(key, hex);
-    snprintf(name, NAME_BYTES, "verdicts-%.32s.json", hex);
+    snprintf(name, NAME_BYTES, "decisions-%.32s.json", hex);
 }
 
 static void hash_content(const uint8_t key[VW_HASH_BYTES], const char *json, char hex[VW_HASH_HEX_BYTES]) {
@@ -78,8 +78,8 @@ static void hash_content(const uint8_t key[VW_HASH_BYTES], const char *json, cha
 
 // ---- Reading --------------------------------------------------------------------------------------------------------
 
-static bool read_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], struct vw_effect_verdict *verdicts,
-                          uint32_t *count) {
+static bool read_decisions(const char *name, const uint8_t key[VW_HASH_BYTES], struct vw_effect_decision *decisions,
+                           uint32_t *count) {
     void *file = NULL;
     size_t size_bytes = 0;
     char hex[VW_HASH_HEX_BYTES];
@@ -89,14 +89,14 @@ static bool read_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], st
     if (size_bytes > HEX_LENGTH && text[HEX_LENGTH] == '\n' && strlen(text) == size_bytes) {
         hash_content(key, text + HEX_LENGTH + 1, hex);
         read = strncmp(text, hex, HEX_LENGTH) == 0 &&
-               vw_effects_from_json(text + HEX_LENGTH + 1, verdicts, count) == VW_OK;
+               vw_effects_from_json(text + HEX_LENGTH + 1, decisions, count) == VW_OK;
     }
     free(file);
     return read;
 }
 
 // Puts what was measured once beside the facts, which are `decided`.
-static void take_measured(const struct vw_effect_verdict *kept, struct vw_effect_verdict *decided, uint32_t count) {
+static void take_measured(const struct vw_effect_decision *kept, struct vw_effect_decision *decided, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         bool fact = isfinite(decided[i].threshold);
         if (!fact) decided[i] = kept[i];
@@ -105,9 +105,9 @@ static void take_measured(const struct vw_effect_verdict *kept, struct vw_effect
 
 // ---- Writing --------------------------------------------------------------------------------------------------------
 
-static void write_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], const struct vw_effect_verdict *verdicts,
-                           uint32_t count) {
-    json_t *array = vw_effects_to_json(verdicts, count);
+static void write_decisions(const char *name, const uint8_t key[VW_HASH_BYTES],
+                            const struct vw_effect_decision *decisions, uint32_t count) {
+    json_t *array = vw_effects_to_json(decisions, count);
     char *json = vw_json_to_text(array, JSON_COMPACT), hex[VW_HASH_HEX_BYTES];
     if (json) hash_content(key, json, hex);
     char *text = json ? vw_format_text("%s\n%s", hex, json) : NULL;
@@ -121,25 +121,25 @@ static void write_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], c
 
 enum vw_status vw_effects_decide_cached(struct vw_gpu *gpu, const struct vw_scene *scene,
                                         const struct vw_config *planned,
-                                        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
-    struct vw_effect_verdict kept[VW_EFFECT_COUNT_MAX], decided[VW_EFFECT_COUNT_MAX];
+                                        struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+    struct vw_effect_decision kept[VW_EFFECT_COUNT_MAX], decided[VW_EFFECT_COUNT_MAX];
     uint32_t kept_count = 0, decided_count = 0;
     uint8_t key[VW_HASH_BYTES];
     char name[NAME_BYTES];
-    if (!vw_effects_need_pilots(gpu, scene, planned)) return vw_effects_decide(gpu, scene, planned, verdicts, count);
+    if (!vw_effects_need_pilots(gpu, scene, planned)) return vw_effects_decide(gpu, scene, planned, decisions, count);
     enum vw_status status = hash_key(gpu, scene, planned, key);
     if (status) return status;
     name_file(key, name);
-    if (read_verdicts(name, key, kept, &kept_count)) {
+    if (read_decisions(name, key, kept, &kept_count)) {
         status = vw_effects_find_facts(scene, planned->effects, decided, &decided_count);
         if (!status) take_measured(kept, decided, decided_count);
         if (!status) status = vw_effects_choose(planned->effects, decided, decided_count);
     } else {
         status = vw_effects_decide(gpu, scene, planned, decided, &decided_count);
-        if (!status) write_verdicts(name, key, decided, decided_count);
+        if (!status) write_decisions(name, key, decided, decided_count);
     }
     if (status) return status;
-    memcpy(verdicts, decided, decided_count * sizeof *decided);
+    memcpy(decisions, decided, decided_count * sizeof *decided);
     *count = decided_count;
     return VW_OK;
 }

@@ -27,7 +27,7 @@ static const double LEARNING_RATE = 1e-2; // above the default, as so few steps 
 // width told no more of drawn scenes. Samples are those of a default run: without placed ones, all of space is
 // undervalued.
 struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps) {
-    struct vw_config config = vw_config_default; // with a seed of 0: runs of all seeds have the same verdicts
+    struct vw_config config = vw_config_default; // with a seed of 0: runs of all seeds have the same decisions
     config.loss = planned->loss;
     config.huber_length = planned->huber_length;
     config.background = planned->background;
@@ -100,7 +100,7 @@ struct making {
 
 static enum vw_status create_trainer(const struct making *making, struct training *training) {
     const struct vw_pilots *pilots = making->pilots;
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX];
     struct vw_config config = pilots->config;
     uint32_t count;
     vw_effects_list(effects, &count);

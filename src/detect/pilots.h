@@ -44,7 +44,7 @@ struct vw_pilots {
     bool masks;                   // mask files are obeyed
     bool fits;                    // a gain and a bias are fitted to a photo's left half, and its right half is scored
     struct vw_pilot_fold folds[PILOT_FOLDS];
-    uint32_t photo_count; // over all folds; 0: too few for a verdict
+    uint32_t photo_count; // over all folds; 0: too few for a decision
     struct vw_pilot made[PILOTS_MAX];
     uint32_t made_count;
 };

@@ -198,7 +198,7 @@ static enum vw_status price_level(struct vw_trainer_params params, struct vw_lev
 }
 
 enum vw_status vw_prices_estimate(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
-                                  const struct vw_effect_verdict *effects, uint32_t effect_count,
+                                  const struct vw_effect_decision *effects, uint32_t effect_count,
                                   struct vw_level_prices prices[VW_PRICED_LEVELS]) {
     enum vw_status status = VW_OK;
     for (uint32_t level = 0; !status && level < VW_PRICED_LEVELS; level++) {

@@ -69,7 +69,7 @@ struct vw_level_prices {
 
 // Measures steps of the scene at every level, with the other options of the config, for a second or two each.
 enum vw_status vw_prices_estimate(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
-                                  const struct vw_effect_verdict *effects, uint32_t effect_count,
+                                  const struct vw_effect_decision *effects, uint32_t effect_count,
                                   struct vw_level_prices prices[VW_PRICED_LEVELS]);
 
 #endif

@@ -36,7 +36,7 @@ struct vw_run_results {
     const struct vw_gpu_info *device;
     const struct vw_scene *scene;
     const struct vw_config *config;
-    const struct vw_effect_verdict *effects;
+    const struct vw_effect_decision *effects;
     uint32_t effect_count;
     struct vw_step_statistics statistics;            // counts steps in the ledger and at the writer
     struct vw_plan plan;                             // without a record: neither an accuracy level nor a budget chose

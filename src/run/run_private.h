@@ -29,7 +29,7 @@ struct vw_run {
     uint32_t device;                 // index in the session
     struct vw_gpu *gpu;              // that device's
     struct vw_scene *scene;          // the session's
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_trainer *trainer;
     struct vw_out_lock *lock; // lock of OUT; taken first and released last

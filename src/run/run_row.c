@@ -51,9 +51,9 @@ static bool add_exposures(json_t *array, const struct vw_run_exposure *exposures
 static enum vw_status make_effects_json(const struct vw_trainer *trainer, char **text) {
     uint32_t count = 0, exposure_count = 0;
     struct vw_run_exposure *exposures = NULL;
-    const struct vw_effect_verdict *verdicts = vw_trainer_effects(trainer, &count);
+    const struct vw_effect_decision *decisions = vw_trainer_effects(trainer, &count);
     enum vw_status status = vw_trainer_list_exposures(trainer, &exposures, &exposure_count);
-    json_t *array = status ? NULL : vw_effects_to_json(verdicts, count);
+    json_t *array = status ? NULL : vw_effects_to_json(decisions, count);
     bool whole =
         array && add_box(array, vw_trainer_effect_box(trainer)) && add_exposures(array, exposures, exposure_count);
     *text = whole ? vw_json_to_text(array, JSON_COMPACT) : NULL;

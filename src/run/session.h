@@ -52,7 +52,7 @@ struct vw_session {
     struct vw_training_device devices[VW_SESSION_DEVICES_MAX]; // the first one makes the scene and decides its effects
     uint32_t device_count;
     struct vw_scene *scene;
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count; // 0 until they are decided
 };
 

@@ -18,7 +18,7 @@ struct vw_run_identity { // its pointers are borrowed
     uint8_t scene_hash[VW_HASH_BYTES], subset_hash[VW_HASH_BYTES], shader_hash[VW_HASH_BYTES];
     const char *version, *device, *driver;
     const struct vw_config *config;
-    const struct vw_effect_verdict *effects;
+    const struct vw_effect_decision *effects;
     uint32_t effect_count;
     const struct vw_box *effect_box; // that the field sees with the effect unbounded or wide_box; NULL without them
     const struct vw_run_exposure *exposures; // with the effect appearance, of a scene with points

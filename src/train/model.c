@@ -70,11 +70,11 @@ static void lay_out(const struct vw_scene *scene, uint64_t trained_views, struct
 }
 
 // Chooses the box. Unbounded space has its own box, also where both effects are asked for.
-static enum vw_status choose_box(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+static enum vw_status choose_box(const struct vw_effect_decision *decisions, const struct vw_scene *scene,
                                  const uint32_t *train_views, uint32_t train_count, struct vw_model *model) {
     uint32_t count;
     vw_effects_get(&count);
-    bool unbounded = model->specialization.effect_unbounded, wide = vw_effects_is_on(verdicts, count, "wide_box");
+    bool unbounded = model->specialization.effect_unbounded, wide = vw_effects_is_on(decisions, count, "wide_box");
     model->box_of_effect = unbounded || wide;
     if (unbounded) return vw_contraction_box(scene, train_views, train_count, &model->box);
     return wide ? vw_wide_box(scene, &model->box) : VW_OK;
@@ -82,7 +82,7 @@ static enum vw_status choose_box(const struct vw_effect_verdict *verdicts, const
 
 enum vw_status vw_model_create(const struct vw_config *config, const struct vw_scene *scene,
                                const uint32_t *train_views, uint32_t train_count,
-                               const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
+                               const struct vw_effect_decision *decisions, const struct vw_device_choices *choices,
                                const struct vw_gpu_limits *limits, struct vw_model *model) {
     uint32_t trained = train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN];
     *model = (struct vw_model){.config = config,
@@ -99,13 +99,13 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     struct vw_specialization *s = &model->specialization;
     specialise(model);
     if (model->renderer->specialise(model)) return VW_ERROR_MEMORY;
-    vw_effects_specialise(verdicts, scene, s);
+    vw_effects_specialise(decisions, scene, s);
     list_effects(model);
     uint32_t effect_count;
     vw_effects_get(&effect_count);
-    model->obeys_masks = vw_effects_obey_masks(scene, verdicts, effect_count);
+    model->obeys_masks = vw_effects_obey_masks(scene, decisions, effect_count);
     model->box = scene->box;
-    if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
+    if (choose_box(decisions, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
     choose_background(model);
     lay_out(scene, trained, model);
     return model->renderer->fit(choices, limits, model);

@@ -63,7 +63,7 @@ static inline uint64_t vw_round_up(uint64_t value, uint64_t multiple) {
 // NULL: the scene's split train).
 enum vw_status vw_model_create(const struct vw_config *config, const struct vw_scene *scene,
                                const uint32_t *train_views, uint32_t train_count,
-                               const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
+                               const struct vw_effect_decision *decisions, const struct vw_device_choices *choices,
                                const struct vw_gpu_limits *limits, struct vw_model *model);
 
 void vw_model_destroy(struct vw_model *model);

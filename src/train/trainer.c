@@ -63,7 +63,7 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, const struct 
 
 static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     if (!params->effects || params->effect_count > VW_EFFECT_COUNT_MAX)
-        return vw_fail(VW_ERROR_USAGE, "the trainer has no verdicts on effects; decide or list them first");
+        return vw_fail(VW_ERROR_USAGE, "the trainer has no decisions on effects; decide or list them first");
     trainer->effect_count = params->effect_count;
     memcpy(trainer->effects, params->effects, params->effect_count * sizeof *params->effects);
     enum vw_status status = vw_effects_follow_field(&trainer->config, trainer->effects, trainer->effect_count);

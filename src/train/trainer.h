@@ -26,7 +26,8 @@ struct vw_trainer_params {
     // without a view have the same number of steps and the most in common. Scene indices, ascending; copied. Not all.
     const uint32_t *left_out_views;
     uint32_t left_out_count;
-    const struct vw_effect_verdict *effects; // needed; decided, recorded or listed verdicts, in registry order; copied
+    const struct vw_effect_decision
+        *effects; // needed; decided, recorded or listed decisions, in registry order; copied
     uint32_t effect_count;
     bool awaits_field;                       // vw_trainer_load_field() follows: nothing is estimated that the field has
     bool validate;                           // render the validation rays after every step (`value`), or not (`train`)
@@ -63,8 +64,8 @@ bool vw_trainer_in_flight(const struct vw_trainer *trainer);
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer);
 // Returns the last step of the epoch that `step` is in.
 uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step);
-// Returns the verdicts that the trainer follows, in registry order.
-const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
+// Returns the decisions that the trainer follows, in registry order.
+const struct vw_effect_decision *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
 // Returns the views validated on, in the order of vw_step_record.views: scene indices.
 const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
 

@@ -24,7 +24,7 @@ uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step) {
     return vw_photo_order_epoch_end(&trainer->photo_order, step);
 }
 
-const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
+const struct vw_effect_decision *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
     *count = trainer->effect_count;
     return trainer->effects;
 }

@@ -14,7 +14,7 @@ struct vw_trainer;
 struct vw_trainer_parts { // all borrowed
     const struct vw_scene *scene;
     const struct vw_config *config;
-    const struct vw_effect_verdict *effects;
+    const struct vw_effect_decision *effects;
     uint32_t effect_count;
     bool masks; // mask files are obeyed
     struct vw_radiance_field *field;

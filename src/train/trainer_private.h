@@ -18,7 +18,7 @@ struct vw_trainer {
     const struct vw_scene *scene; // borrowed
     struct vw_config config;
     bool validate;
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     bool masks; // mask files are obeyed, or there are none
 

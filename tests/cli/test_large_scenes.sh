@@ -24,7 +24,7 @@ make_scene() { # make_scene FOLDER COUNT
 
 value() { "$program" value "$folder/scene" --out "$folder/$1" "${quick[@]}" "${@:2}"; }
 says() { grep -qE -- "$1" "$folder/stderr"; }
-cache_is_clean() { [[ -z $(find "$folder/cache/viewworth" -type f ! -name 'pipelines-*' ! -name 'verdicts*' 2>/dev/null) ]]; }
+cache_is_clean() { [[ -z $(find "$folder/cache/viewworth" -type f ! -name 'pipelines-*' ! -name 'decisions*' 2>/dev/null) ]]; }
 
 make_scene "$folder/scene" 40
 check "a run in memory" run value heap --memory 1GB

@@ -1,4 +1,4 @@
-// Effects that scenes call for: recipes whose truth is known, real photos, and what verdicts depend on.
+// Effects that scenes call for: recipes whose truth is known, real photos, and what decisions depend on.
 #include "support/cmocka_test.h"
 
 #include <jansson.h>
@@ -33,16 +33,16 @@ static struct vw_config small_config(void) {
 }
 
 // The last decision.
-static struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+static struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
 static uint32_t count;
 
 static void decide(const struct vw_scene *scene, const struct vw_config *config) {
-    ASSERT_OK(vw_effects_decide(test_gpu(), scene, config, verdicts, &count));
+    ASSERT_OK(vw_effects_decide(test_gpu(), scene, config, decisions, &count));
 }
 
-static const struct vw_effect_verdict *verdict_on(const char *name) {
+static const struct vw_effect_decision *decision_on(const char *name) {
     for (uint32_t i = 0; i < count; i++)
-        if (!strcmp(verdicts[i].name, name)) return &verdicts[i];
+        if (!strcmp(decisions[i].name, name)) return &decisions[i];
     fail_msg("no effect %s", name);
     return NULL;
 }
@@ -50,7 +50,7 @@ static const struct vw_effect_verdict *verdict_on(const char *name) {
 TEST(recipes_show_their_facts) { detection_check(1, 1, false); }
 
 TEST(a_line_names_effects_with_their_reasons) {
-    struct vw_effect_verdict named[] = {
+    struct vw_effect_decision named[] = {
         {.name = "distortion", .evidence_stderr = NAN, .called_for = true, .on = true},
         {.name = "masks", .evidence_stderr = NAN, .called_for = true},
         {.name = "sky", .evidence = 1.74, .evidence_stderr = 0.27},
@@ -74,15 +74,15 @@ TEST(a_bright_sky_is_measured) {
     scene_forget_points(scene);
     strcpy(config.effects, "-unbounded,-appearance");
     decide(scene, &config);
-    const struct vw_effect_verdict *sky = verdict_on("sky");
+    const struct vw_effect_decision *sky = decision_on("sky");
     assert_true(sky->called_for && sky->on);
     assert_true(sky->evidence_low >= sky->threshold && sky->evidence > sky->evidence_low);
     assert_true(sky->evidence_stderr > 0 && isfinite(sky->ms_per_step));
     assert_non_null(
         strstr(sky->measured_on,
                "2 x 96 steps of 48 rays on 18 train photos, scored on 8 of them held out; beside no effect"));
-    assert_true(isnan(verdict_on("unbounded")->evidence));
-    const struct vw_effect_verdict *visibility = verdict_on("visibility");
+    assert_true(isnan(decision_on("unbounded")->evidence));
+    const struct vw_effect_decision *visibility = decision_on("visibility");
     assert_true(isnan(visibility->evidence) && !visibility->on); // nobody asked for it
 }
 
@@ -90,8 +90,8 @@ TEST(a_bright_sky_is_measured) {
 TEST(doubts_take_longer_pilots) {
     struct vw_config config = vw_config_default;
     decide(open_recipe("table.json"), &config);
-    assert_non_null(strstr(verdict_on("sky")->measured_on, "2 x 256 steps"));
-    assert_non_null(strstr(verdict_on("unbounded")->measured_on, "2 x 512 steps"));
+    assert_non_null(strstr(decision_on("sky")->measured_on, "2 x 256 steps"));
+    assert_non_null(strstr(decision_on("unbounded")->measured_on, "2 x 512 steps"));
 }
 
 // Decides effects of the scene with a sky by pilots of so many steps.
@@ -108,7 +108,7 @@ static void decide_in(uint32_t steps, const char *effects) {
 TEST(unbounded_replaces_a_sky) {
     for (int longer = 0; longer < 2; longer++) {
         decide_in(longer ? 23 : 16, "-appearance");
-        const struct vw_effect_verdict *sky = verdict_on("sky"), *unbounded = verdict_on("unbounded");
+        const struct vw_effect_decision *sky = decision_on("sky"), *unbounded = decision_on("unbounded");
         assert_true(sky->evidence_low >= sky->threshold && unbounded->evidence_low < unbounded->threshold);
         assert_non_null(strstr(unbounded->measured_on, "beside sky, taken unless surely worse"));
         assert_int_equal(sky->on, !longer);
@@ -120,23 +120,23 @@ TEST(unbounded_replaces_a_sky) {
 // A sky is hidden where unbounded is on, and not measured.
 TEST(a_hidden_sky_goes) {
     decide_in(8, "+unbounded,-appearance");
-    const struct vw_effect_verdict *sky = verdict_on("sky");
+    const struct vw_effect_decision *sky = decision_on("sky");
     assert_true(isnan(sky->evidence) && !sky->on);
 }
 
 // Pilots leave out what a run with pose refuses: no other effect would have to be named beside it.
 TEST(pose_is_beside_what_pilots_call_for) {
     decide_in(8, "+pose,-appearance");
-    const struct vw_effect_verdict *unbounded = verdict_on("unbounded");
-    assert_true(verdict_on("pose")->on);
+    const struct vw_effect_decision *unbounded = decision_on("unbounded");
+    assert_true(decision_on("pose")->on);
     assert_true(isnan(unbounded->evidence) && !unbounded->on);
-    assert_true(isfinite(verdict_on("sky")->evidence));
+    assert_true(isfinite(decision_on("sky")->evidence));
 }
 
 // Pilots do not try what a run switches off beside an effect that is named: they could measure no gain.
 TEST(what_goes_off_beside_a_named_effect_is_not_tried) {
     decide_in(8, "+appearance_encoder,-sky,-unbounded,-wide_box");
-    const struct vw_effect_verdict *not_tried = verdict_on("appearance"); // the only one left
+    const struct vw_effect_decision *not_tried = decision_on("appearance"); // the only one left
     assert_true(isnan(not_tried->evidence) && !not_tried->on);
 }
 
@@ -155,8 +155,8 @@ TEST(exposures_are_told_by_points) {
                  {"clean.json", "auto", 0.0, 0.02},
                  {"corner.json", "auto", 4.0, 6.0}}; // one photo alone is darker, and one brighter
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        ASSERT_OK(vw_effects_find_facts(open_recipe(cases[i].recipe), cases[i].effects, verdicts, &count));
-        const struct vw_effect_verdict *appearance = verdict_on("appearance");
+        ASSERT_OK(vw_effects_find_facts(open_recipe(cases[i].recipe), cases[i].effects, decisions, &count));
+        const struct vw_effect_decision *appearance = decision_on("appearance");
         if (isnan(cases[i].least_db)) {
             assert_true(isnan(appearance->evidence) && !appearance->called_for);
             continue;
@@ -210,7 +210,7 @@ FOLDER_TEST(photos_held_out_tell_exposures) {
         assert_int_equal(json_dump_file(recipe, path, 0), 0);
         json_decref(recipe);
         decide(open_scene(path), &config);
-        const struct vw_effect_verdict *appearance = verdict_on("appearance");
+        const struct vw_effect_decision *appearance = decision_on("appearance");
         if ((appearance->evidence_low >= 0.1) != cases[i].exposed)
             fail_msg("%s: a bound of %g dB", cases[i].recipe, appearance->evidence_low);
         assert_int_equal(appearance->called_for, cases[i].exposed);
@@ -234,7 +234,7 @@ TEST(points_rule_out_what_lies_beyond) {
         ASSERT_OK(vw_point_evidence_find(scene, &points));
         assert_true(points.known);
         decide(scene, &config);
-        const struct vw_effect_verdict *unbounded = verdict_on("unbounded");
+        const struct vw_effect_decision *unbounded = decision_on("unbounded");
         assert_int_equal(isnan(unbounded->evidence), cases[i].ruled_out);
         assert_int_equal(strncmp(unbounded->measured_on, "ruled out: ", 11) == 0, cases[i].ruled_out);
         assert_false(cases[i].ruled_out && unbounded->called_for);
@@ -271,8 +271,8 @@ TEST(bare_cells_are_counted) {
 }
 
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
-TEST(verdicts_repeat_bit_for_bit) {
-    struct vw_effect_verdict both[2][VW_EFFECT_COUNT_MAX];
+TEST(decisions_repeat_bit_for_bit) {
+    struct vw_effect_decision both[2][VW_EFFECT_COUNT_MAX];
     struct vw_scene *scene = detection_plain_scene();
     struct vw_config config = small_config();
     config.pilot_steps = 32;
@@ -280,16 +280,16 @@ TEST(verdicts_repeat_bit_for_bit) {
     for (int i = 0; i < 2; i++) {
         config.seed = 7 * (uint64_t)i;
         decide(scene, &config);
-        memcpy(both[i], verdicts, sizeof verdicts);
+        memcpy(both[i], decisions, sizeof decisions);
     }
     for (uint32_t i = 0; i < count; i++) {
         assert_true(test_same_bits(both[0][i].evidence, both[1][i].evidence));
         assert_true(test_same_bits(both[0][i].evidence_low, both[1][i].evidence_low));
         assert_int_equal(both[0][i].called_for, both[1][i].called_for);
     }
-    assert_true(isfinite(verdict_on("sky")->evidence));
-    assert_true(isfinite(verdict_on("appearance")->evidence));   // by pilots, without points
-    assert_true(isnan(verdict_on("appearance_code")->evidence)); // nothing calls for it
+    assert_true(isfinite(decision_on("sky")->evidence));
+    assert_true(isfinite(decision_on("appearance")->evidence));   // by pilots, without points
+    assert_true(isnan(decision_on("appearance_code")->evidence)); // nothing calls for it
 }
 
 // An effect that splats cannot have would otherwise take the place of one that they can have.
@@ -299,9 +299,9 @@ TEST(splats_try_what_they_can_have) {
     config.pilot_steps = 8;
     scene_forget_points(scene);
     decide(scene, &config);
-    assert_true(isfinite(verdict_on("sky")->evidence));
-    assert_true(isnan(verdict_on("unbounded")->evidence));
-    assert_true(isnan(verdict_on("wide_box")->evidence));
+    assert_true(isfinite(decision_on("sky")->evidence));
+    assert_true(isnan(decision_on("unbounded")->evidence));
+    assert_true(isnan(decision_on("wide_box")->evidence));
 }
 
 // Folds leave out different photos, evenly, and learn from none that judges them; photos of val and test are in
@@ -402,8 +402,8 @@ TEST(no_pilots_where_they_cannot_tell) {
         strcpy(config.effects, cases[i].effects);
         config.pilot_steps = cases[i].steps;
         ASSERT_OK(vw_effects_decide(cases[i].device ? test_gpu() : NULL, cases[i].photos ? scene : few, &config,
-                                    verdicts, &count));
-        const struct vw_effect_verdict *sky = verdict_on("sky");
+                                    decisions, &count));
+        const struct vw_effect_decision *sky = decision_on("sky");
         assert_true(isnan(sky->evidence) && !sky->called_for && !sky->on);
     }
     assert_true(few->split_count[VW_SPLIT_TRAIN] < 8);
@@ -452,10 +452,10 @@ TEST(real_scenes_show_their_facts) {
         if (!path) continue;
         struct vw_scene *scene = open_scene(path);
         found++;
-        ASSERT_OK(vw_effects_find_facts(scene, "auto", verdicts, &count));
+        ASSERT_OK(vw_effects_find_facts(scene, "auto", decisions, &count));
         for (uint32_t e = 0; e < count; e++) {
-            char *word = vw_format_text(" %s ", verdicts[e].name);
-            assert_int_equal(verdicts[e].called_for, strstr(real_scenes[i].called_for, word) != NULL);
+            char *word = vw_format_text(" %s ", decisions[e].name);
+            assert_int_equal(decisions[e].called_for, strstr(real_scenes[i].called_for, word) != NULL);
             free(word);
         }
     }

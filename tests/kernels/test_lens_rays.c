@@ -157,11 +157,11 @@ TEST(samples_lie_between_near_and_far) {
 TEST_CASES(the_cheapest_sufficient_variant_is_chosen, i, VW_ARRAY_COUNT(lenses)) {
     struct vw_view views[2] = {{.camera = lenses[0].camera}, {.camera = lenses[i].camera}};
     const struct vw_scene scene = {.views = views, .view_count = 2};
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
     struct vw_specialization specialization = {0};
     uint32_t count;
-    assert_int_equal(vw_effects_find_facts(&scene, "auto", verdicts, &count), VW_OK);
-    vw_effects_specialise(verdicts, &scene, &specialization);
+    assert_int_equal(vw_effects_find_facts(&scene, "auto", decisions, &count), VW_OK);
+    vw_effects_specialise(decisions, &scene, &specialization);
     assert_int_equal(specialization.effect_distortion, lenses[i].distortion);
 }
 

@@ -199,11 +199,12 @@ static void what_several_passes_compute_is_precise(void **state) {
 
 static void every_effect_has_a_case_with_and_one_without(void **state) {
     (void)state;
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, on[VW_EFFECT_COUNT_MAX] = {0};
     for (uint32_t i = 0; i < step_case_count; i++) {
-        assert_int_equal(vw_effects_find_facts(benches[i]->scene, benches[i]->config.effects, verdicts, &count), VW_OK);
-        for (uint32_t k = 0; k < count; k++) on[k] += verdicts[k].on;
+        assert_int_equal(vw_effects_find_facts(benches[i]->scene, benches[i]->config.effects, decisions, &count),
+                         VW_OK);
+        for (uint32_t k = 0; k < count; k++) on[k] += decisions[k].on;
     }
     assert_true(count > 0);
     const struct vw_effect *effects = vw_effects_get(&count);
@@ -211,7 +212,7 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
         if (strcmp(effects[k].name, "transient") && strcmp(effects[k].name, "pose") &&
             strcmp(effects[k].name, "appearance_encoder") && effects[k].constant != SIZE_MAX &&
             (on[k] == 0 || on[k] == step_case_count)) // else the host's alone
-            fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name,
+            fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", decisions[k].name,
                      on[k] ? "on" : "off");
 }
 

@@ -58,7 +58,7 @@ TEST(every_form_gives_the_same_bits) {
 // A loop of more trips would stop early on some drivers, so that long chunks are not walked.
 TEST(only_short_chunks_are_walked) {
     struct vw_config config = plain_config();
-    struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision none[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     vw_effects_list(none, &effect_count);
     struct vw_scene scene = {0};
@@ -80,7 +80,7 @@ TEST(only_short_chunks_are_walked) {
 TEST(no_step_size_can_wrap) {
     static const uint32_t sample_counts[] = {1, 7, 30, 31, 32, 48, 127, 4096};
     struct vw_config config = plain_config();
-    struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision none[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     vw_effects_list(none, &effect_count);
     struct vw_scene scene = {0};

@@ -129,15 +129,15 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
                                                          .height_px = 20,
                                                          .k1 = vw_word_list_has(c->effects, "distortion") ? -0.15 : 0.0,
                                                          .alpha = vw_word_list_has(c->effects, "background")});
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     stop_unless(bench, vw_config_check(&bench->config));
-    stop_unless(bench, vw_effects_find_facts(bench->scene, bench->config.effects, verdicts, &count));
+    stop_unless(bench, vw_effects_find_facts(bench->scene, bench->config.effects, decisions, &count));
     struct vw_gpu_info device = *vw_gpu_get_info(bench->gpu);
     if (c->as_on_gpus) device.kind = VW_GPU_DISCRETE;
     struct vw_device_choices choices;
     vw_device_choose(&device, &choices);
-    stop_unless(bench, vw_model_create(&bench->config, bench->scene, NULL, 0, verdicts, &choices,
+    stop_unless(bench, vw_model_create(&bench->config, bench->scene, NULL, 0, decisions, &choices,
                                        vw_gpu_get_limits(bench->gpu), &bench->model));
     bench->layout = vw_volume_of(&bench->model);
     bench->padded_samples = vw_model_pad_rays(&bench->model, bench->config.rays) * bench->model.specialization.samples;

@@ -104,7 +104,7 @@ static enum vw_status make(struct synthetic *run, bool hostile) {
 // Finds the subset hash and the run id, so that verify, which recomputes them, can be timed.
 static enum vw_status name_run(const struct synthetic *run, struct vw_ledger_run *row, const struct vw_config *config,
                                char subset[VW_HASH_HEX_BYTES], char run_id[VW_HASH_HEX_BYTES]) {
-    const struct vw_effect_verdict sky = {.name = "sky", .on = true};
+    const struct vw_effect_decision sky = {.name = "sky", .on = true};
     struct vw_run_identity identity = {.version = row->version,
                                        .device = row->device,
                                        .driver = row->driver,

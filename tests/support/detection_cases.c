@@ -147,14 +147,15 @@ struct confusion {
     double highest_off, lowest_on;
 };
 
-static void print_matrix(const struct vw_effect_verdict *verdicts, uint32_t count, const struct confusion *confusions) {
+static void print_matrix(const struct vw_effect_decision *decisions, uint32_t count,
+                         const struct confusion *confusions) {
     print_message("%-16s %6s %6s %6s %6s   %-12s %-12s %s\n", "effect", "right+", "right-", "false+", "false-",
                   "highest off", "lowest on", "threshold");
     for (uint32_t e = 0; e < count; e++) {
         const struct confusion *m = &confusions[e];
-        print_message("%-16s %6u %6u %6u %6u   %-12.4g %-12.4g %g\n", verdicts[e].name, m->counts[1][1],
+        print_message("%-16s %6u %6u %6u %6u   %-12.4g %-12.4g %g\n", decisions[e].name, m->counts[1][1],
                       m->counts[0][0], m->counts[0][1], m->counts[1][0], m->highest_off, m->lowest_on,
-                      verdicts[e].threshold);
+                      decisions[e].threshold);
     }
 }
 
@@ -164,23 +165,23 @@ static bool is_certain(const char *effect) {
            !strcmp(effect, "appearance");
 }
 
-// Adds a verdict; prints it when it is wrong.
-static uint32_t evaluate(const struct vw_effect_verdict *verdict, bool ground_truth, size_t index, uint64_t seed,
+// Adds a decision; prints it when it is wrong.
+static uint32_t evaluate(const struct vw_effect_decision *decision, bool ground_truth, size_t index, uint64_t seed,
                          struct confusion *confusion) {
-    confusion->counts[ground_truth][verdict->called_for]++;
-    if (ground_truth && !(verdict->evidence >= confusion->lowest_on)) confusion->lowest_on = verdict->evidence;
-    if (!ground_truth && verdict->evidence > confusion->highest_off) confusion->highest_off = verdict->evidence;
-    if (verdict->called_for == ground_truth) return 0;
-    print_error("case %zu, seed %llu: %s is %scalled for: %g +- %g\n", index, (unsigned long long)seed, verdict->name,
-                verdict->called_for ? "" : "not ", verdict->evidence, verdict->evidence_stderr);
-    return is_certain(verdict->name);
+    confusion->counts[ground_truth][decision->called_for]++;
+    if (ground_truth && !(decision->evidence >= confusion->lowest_on)) confusion->lowest_on = decision->evidence;
+    if (!ground_truth && decision->evidence > confusion->highest_off) confusion->highest_off = decision->evidence;
+    if (decision->called_for == ground_truth) return 0;
+    print_error("case %zu, seed %llu: %s is %scalled for: %g +- %g\n", index, (unsigned long long)seed, decision->name,
+                decision->called_for ? "" : "not ", decision->evidence, decision->evidence_stderr);
+    return is_certain(decision->name);
 }
 
 void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots) {
     struct vw_config config = vw_config_default;
     if (!pilots) config.pilot_steps = 0;
     struct confusion confusions[VW_EFFECT_COUNT_MAX];
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, mistakes = 0;
     const struct vw_effect *effects = vw_effects_get(&count);
     for (size_t e = 0; e < VW_EFFECT_COUNT_MAX; e++)
@@ -189,13 +190,13 @@ void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots) {
         if (is_pair(&cases[i]) && !test_is_full()) continue;
         for (uint64_t seed = first_seed; seed < first_seed + seed_count; seed++) {
             struct vw_scene *scene = open_case(&cases[i], seed);
-            if (vw_effects_decide(test_gpu(), scene, &config, verdicts, &count)) fail_msg("%s", vw_error_message());
+            if (vw_effects_decide(test_gpu(), scene, &config, decisions, &count)) fail_msg("%s", vw_error_message());
             for (uint32_t e = 0; e < count; e++)
                 if (!effects[e].on_request && (pilots || is_certain(effects[e].name)))
-                    mistakes += evaluate(&verdicts[e], is_true(&cases[i], verdicts[e].name), i, seed, &confusions[e]);
+                    mistakes += evaluate(&decisions[e], is_true(&cases[i], decisions[e].name), i, seed, &confusions[e]);
             vw_scene_close(&scene);
         }
     }
-    print_matrix(verdicts, count, confusions);
+    print_matrix(decisions, count, confusions);
     if (mistakes) fail_msg("%u mistakes", mistakes);
 }

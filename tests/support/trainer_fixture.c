@@ -76,7 +76,7 @@ void test_hide_some(struct vw_scene *scene) {
 static void destroy_trainer(void *trainer) { vw_trainer_destroy(&(struct vw_trainer *){trainer}); }
 
 enum vw_status test_trainer_try(struct vw_trainer_params params, struct vw_trainer **trainer) {
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX];
     enum vw_status status = VW_OK;
     if (!params.effects)
         status = vw_effects_find_facts(params.scene, params.config->effects, effects, &params.effect_count);

@@ -37,7 +37,7 @@ static enum vw_status compare_replayed(void *context, const struct vw_step_recor
 
 static struct vw_lasting *open_lasting(const struct vw_scene *scene, const struct vw_config *config, uint32_t rays,
                                        bool by_view, uint64_t memory_bytes, struct replay *replay) {
-    const struct vw_effect_verdict *effects;
+    const struct vw_effect_decision *effects;
     uint32_t effect_count;
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
     struct vw_lasting *lasting = NULL;

@@ -375,7 +375,7 @@ TEST(what_cannot_be_trained_on_is_refused) {
     const struct vw_config config = test_config();
     struct vw_trainer *trainer = NULL;
     struct vw_trainer_params params = {.gpu = test_gpu(), .scene = scene, .config = &config};
-    ASSERT_FAILS(vw_trainer_create(&params, &trainer), VW_ERROR_USAGE, "no verdicts on effects");
+    ASSERT_FAILS(vw_trainer_create(&params, &trainer), VW_ERROR_USAGE, "no decisions on effects");
 
     const uint32_t twice[] = {2, 2}, falling[] = {2, 1}, beyond[] = {2, scene->view_count};
     const uint32_t *const lists[] = {twice, falling, beyond};

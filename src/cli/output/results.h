@@ -20,7 +20,7 @@
 
 struct vw_scene_info {
     const struct vw_scene *scene;
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_estimate estimate;
     struct vw_level_prices prices[VW_PRICED_LEVELS]; // with an estimate only
@@ -86,8 +86,8 @@ json_t *vw_ranking_to_json(const struct vw_ranking *ranking, enum vw_ranking_row
 
 // ---- The answer -----------------------------------------------------------------------------------------------------
 
-// The answer to what value was asked, in its last lines: a verdict on the reconstruction, advice on the photos, and the
-// command that comes next with its cost.
+// The answer to what value was asked, in its last lines: a verdict on the reconstruction, advice on the photos, and
+// the command that comes next with its cost.
 
 struct vw_answer_photo {
     char *name;         // owned

@@ -34,9 +34,9 @@ static enum vw_status open_sweep(struct vw_sweep *sweep) {
 
 // ---- Time ----
 
-// Switches the verdicts of the base on and off as the configuration says.
+// Switches the decisions of the base on and off as the configuration says.
 static enum vw_status choose_effects(const struct vw_sweep *sweep, uint32_t configuration,
-                                     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]) {
+                                     struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX]) {
     const struct vw_session *session = &sweep->session;
     memcpy(effects, session->effects, sizeof session->effects);
     return vw_effects_choose(sweep->configurations->configurations[configuration].config.effects, effects,
@@ -44,7 +44,7 @@ static enum vw_status choose_effects(const struct vw_sweep *sweep, uint32_t conf
 }
 
 static struct vw_trainer_params params_of(const struct vw_session *session, const struct vw_config *config,
-                                          const struct vw_effect_verdict *effects) {
+                                          const struct vw_effect_decision *effects) {
     return (struct vw_trainer_params){.gpu = session->devices[0].gpu,
                                       .scene = session->scene,
                                       .config = config,
@@ -54,7 +54,7 @@ static struct vw_trainer_params params_of(const struct vw_session *session, cons
 }
 
 static enum vw_status time_configuration(struct vw_sweep *sweep, uint32_t configuration) {
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX] = {0};
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX] = {0};
     const struct vw_config *configured = &sweep->configurations->configurations[configuration].config;
     struct vw_config config = *configured;
     struct vw_estimate train = {0}, value = {0};
@@ -95,7 +95,7 @@ static enum vw_status time_steps(struct vw_sweep *sweep) {
 // ---- PSNR ----
 
 // Returns whether the base's pixels are measured; without masks, or where appearance fits left halves, others are.
-static bool sees_base_pixels(const struct vw_session *session, const struct vw_effect_verdict *ours) {
+static bool sees_base_pixels(const struct vw_session *session, const struct vw_effect_decision *ours) {
     uint32_t count = session->effect_count;
     return vw_effects_fit_views(ours, count) == vw_effects_fit_views(session->effects, count) &&
            vw_effects_is_on(ours, count, "masks") == vw_effects_is_on(session->effects, count, "masks");
@@ -118,7 +118,7 @@ static enum vw_status measure_field(const struct vw_trainer_params *params, cons
 
 // Measures the fields of a configuration's runs on the photos of the base.
 static enum vw_status measure_psnr(struct vw_sweep *sweep, uint32_t configuration, const char *folder) {
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX] = {0};
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX] = {0};
     struct vw_config config = sweep->configurations->configurations[configuration].config;
     struct vw_trainer_params params = params_of(&sweep->session, &config, effects);
     uint32_t seeds = sweep->params->common.seeds;

@@ -35,7 +35,7 @@ struct vw_run_outputs_params {
     const struct vw_scoring *scoring; // scores of the ledger
     struct vw_trainer *trainer;       // has the field of the run's end; nothing in flight
     const struct vw_config *config;
-    const struct vw_effect_verdict *effects;
+    const struct vw_effect_decision *effects;
     uint32_t effect_count;
     uint64_t payout_cents; // to be divided; 0: none
     struct vw_report_params report;

@@ -63,7 +63,7 @@ enum vw_status vw_estimate_take_steps(const struct vw_trainer_params *params, st
 }
 
 void vw_estimate_run(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
-                     const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_estimate *estimate) {
+                     const struct vw_effect_decision *effects, uint32_t effect_count, struct vw_estimate *estimate) {
     estimate->host_bytes = count_host_bytes(scene);
     if (!gpu) return;
     snprintf(estimate->device, sizeof estimate->device, "%s", vw_gpu_get_info(gpu)->name);

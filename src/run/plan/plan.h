@@ -34,7 +34,7 @@ struct vw_estimate {
 // `estimate` is zero before, except for `missing`, which says why there is no device when `gpu` is NULL. Without a
 // device, or when the scene cannot be validated, the estimate stays empty; that is not a failure.
 void vw_estimate_run(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
-                     const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_estimate *estimate);
+                     const struct vw_effect_decision *effects, uint32_t effect_count, struct vw_estimate *estimate);
 // Creates a trainer, takes steps for a fraction of a second after the first submission, and fills in params,
 // device_bytes, steps, measured_steps and seconds_per_step (NaN when the first submission took all steps).
 enum vw_status vw_estimate_take_steps(const struct vw_trainer_params *params, struct vw_estimate *estimate);

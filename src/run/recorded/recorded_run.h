@@ -16,7 +16,7 @@ struct vw_recorded_run {
     struct vw_ledger *ledger;
     struct vw_ledger_run row; // lent by the ledger
     struct vw_config config;
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]; // as recorded
+    struct vw_effect_decision effects[VW_EFFECT_COUNT_MAX]; // as recorded
     uint32_t effect_count;
     struct vw_gpu *gpu;
     struct vw_scene *scene;

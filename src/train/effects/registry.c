@@ -64,7 +64,7 @@ static const struct vw_effect effects[] = {
                     .refusal = "appearance_encoder replaces appearance_code; leave one of them out"}}},
 };
 // clang-format on
-_Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
+_Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than decisions");
 
 // The effects of the table above that have params, buffers or passes of their own; each in its own file.
 extern const struct vw_effect_kind vw_effect_sky, vw_effect_appearance, vw_effect_transient, vw_effect_appearance_code,
@@ -93,7 +93,7 @@ static struct vw_word unsigned_word(struct vw_word word) {
     return (struct vw_word){word.text + sign, word.length - sign};
 }
 
-static enum vw_status apply_word(struct vw_word word, struct vw_effect_verdict *verdicts) {
+static enum vw_status apply_word(struct vw_word word, struct vw_effect_decision *decisions) {
     int effect = find_effect(unsigned_word(word));
     if (effect < 0) {
         char known[256] = "";
@@ -102,7 +102,7 @@ static enum vw_status apply_word(struct vw_word word, struct vw_effect_verdict *
         return vw_fail(VW_ERROR_USAGE, "--effects: \"%.*s\" is not an effect; known are:%s", (int)word.length,
                        word.text, known);
     }
-    verdicts[effect].on = word.text[0] != '-';
+    decisions[effect].on = word.text[0] != '-';
     return VW_OK;
 }
 
@@ -111,16 +111,16 @@ const struct vw_effect *vw_effects_get(uint32_t *count) {
     return effects;
 }
 
-void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+void vw_effects_list(struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX], uint32_t *count) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
-        verdicts[i] = (struct vw_effect_verdict){.name = effects[i].name,
-                                                 .evidence = NAN,
-                                                 .evidence_stderr = NAN,
-                                                 .evidence_low = NAN,
-                                                 .threshold = NAN,
-                                                 .ms_per_step = NAN,
-                                                 .device_bytes = NAN,
-                                                 .meaning = effects[i].meaning};
+        decisions[i] = (struct vw_effect_decision){.name = effects[i].name,
+                                                   .evidence = NAN,
+                                                   .evidence_stderr = NAN,
+                                                   .evidence_low = NAN,
+                                                   .threshold = NAN,
+                                                   .ms_per_step = NAN,
+                                                   .device_bytes = NAN,
+                                                   .meaning = effects[i].meaning};
     *count = VW_ARRAY_COUNT(effects);
 }
 
@@ -130,34 +130,34 @@ bool vw_effects_leave_to_evidence(const char *choice) {
     return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-';
 }
 
-struct vw_effect_verdict *vw_effects_find(struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
+struct vw_effect_decision *vw_effects_find(struct vw_effect_decision *decisions, uint32_t count, const char *name) {
     for (uint32_t i = 0; i < count; i++)
-        if (!strcmp(verdicts[i].name, name)) return &verdicts[i];
+        if (!strcmp(decisions[i].name, name)) return &decisions[i];
     return NULL;
 }
 
-bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
+bool vw_effects_is_on(const struct vw_effect_decision *decisions, uint32_t count, const char *name) {
     for (uint32_t i = 0; i < count; i++)
-        if (!strcmp(verdicts[i].name, name)) return verdicts[i].on;
+        if (!strcmp(decisions[i].name, name)) return decisions[i].on;
     return false;
 }
 
-bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
+bool vw_effects_fit_views(const struct vw_effect_decision *decisions, uint32_t count) {
     bool found = false;
     for (uint32_t i = 0; vw_effect_kinds[i]; i++)
-        found |= vw_effect_kinds[i]->fits_views && vw_effects_is_on(verdicts, count, vw_effect_kinds[i]->name);
+        found |= vw_effect_kinds[i]->fits_views && vw_effects_is_on(decisions, count, vw_effect_kinds[i]->name);
     return found;
 }
 
-bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
-    bool found = vw_effects_fit_views(verdicts, count);
+bool vw_effects_halve_views(const struct vw_effect_decision *decisions, uint32_t count) {
+    bool found = vw_effects_fit_views(decisions, count);
     for (uint32_t i = 0; vw_effect_kinds[i]; i++)
-        found |= vw_effect_kinds[i]->photo_pass_count && vw_effects_is_on(verdicts, count, vw_effect_kinds[i]->name);
+        found |= vw_effect_kinds[i]->photo_pass_count && vw_effects_is_on(decisions, count, vw_effect_kinds[i]->name);
     return found;
 }
 
-bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count) {
-    return !scene->masked_view_count || vw_effects_is_on(verdicts, count, "masks");
+bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_decision *decisions, uint32_t count) {
+    return !scene->masked_view_count || vw_effects_is_on(decisions, count, "masks");
 }
 
 bool vw_effects_names(const char *choice, const char *name) {
@@ -169,18 +169,18 @@ bool vw_effects_names(const char *choice, const char *name) {
 
 // Switches off an effect that `choice` does not name when the effect that it requires is off, or one that conflicts
 // with it is on.
-static void follow_others(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
+static void follow_others(const char *choice, struct vw_effect_decision *decisions, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         if (vw_effects_names(choice, effects[i].name)) continue;
-        if (effects[i].requires && !vw_effects_is_on(verdicts, count, effects[i].requires)) verdicts[i].on = false;
+        if (effects[i].requires && !vw_effects_is_on(decisions, count, effects[i].requires)) decisions[i].on = false;
         for (uint32_t c = 0; c < VW_EFFECT_CONFLICTS_MAX && effects[i].conflicts[c].name; c++)
-            if (vw_effects_is_on(verdicts, count, effects[i].conflicts[c].name)) verdicts[i].on = false;
+            if (vw_effects_is_on(decisions, count, effects[i].conflicts[c].name)) decisions[i].on = false;
     }
 }
 
-enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
+enum vw_status vw_effects_choose(const char *choice, struct vw_effect_decision *decisions, uint32_t count) {
     bool exactly = !vw_effects_leave_to_evidence(choice);
-    for (uint32_t i = 0; i < count; i++) verdicts[i].on = verdicts[i].called_for && !exactly;
+    for (uint32_t i = 0; i < count; i++) decisions[i].on = decisions[i].called_for && !exactly;
     if (!strcmp(choice, "none") || !strcmp(choice, "auto")) return VW_OK;
     const char *rest = choice;
     struct vw_word word;
@@ -188,19 +188,19 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
         if ((word.text[0] != '+' && word.text[0] != '-') != exactly)
             return vw_fail(VW_ERROR_USAGE, "--effects: \"%s\" mixes names with and without + or -; use one form",
                            choice);
-        enum vw_status status = apply_word(word, verdicts);
+        enum vw_status status = apply_word(word, decisions);
         if (status) return status;
     }
-    if (!exactly) follow_others(choice, verdicts, count);
+    if (!exactly) follow_others(choice, decisions, count);
     return VW_OK;
 }
 
 // Switches an effect off beside another one, or refuses it where --effects names it, or always.
-static enum vw_status switch_off(const struct vw_config *config, struct vw_effect_verdict *verdicts, uint32_t count,
+static enum vw_status switch_off(const struct vw_config *config, struct vw_effect_decision *decisions, uint32_t count,
                                  const char *name, const char *refusal, bool always) {
-    if (!vw_effects_is_on(verdicts, count, name)) return VW_OK;
+    if (!vw_effects_is_on(decisions, count, name)) return VW_OK;
     if (always || vw_effects_names(config->effects, name)) return vw_fail(VW_ERROR_USAGE, "--effects: %s", refusal);
-    verdicts[find_effect((struct vw_word){name, strlen(name)})].on = false;
+    decisions[find_effect((struct vw_word){name, strlen(name)})].on = false;
     return VW_OK;
 }
 
@@ -209,7 +209,7 @@ bool vw_effect_works_with(const struct vw_effect *effect, enum vw_field field) {
 }
 
 // Leaves a renderer the effects that it can have.
-static enum vw_status follow_renderer(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+static enum vw_status follow_renderer(const struct vw_config *config, struct vw_effect_decision *decisions,
                                       uint32_t count) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
@@ -217,35 +217,35 @@ static enum vw_status follow_renderer(const struct vw_config *config, struct vw_
         snprintf(refusal, sizeof refusal, "%s is not there with --field %s; leave it out", effects[i].name,
                  vw_field_name(config->field));
         if (!vw_effect_works_with(&effects[i], config->field))
-            status = switch_off(config, verdicts, count, effects[i].name, refusal, false);
+            status = switch_off(config, decisions, count, effects[i].name, refusal, false);
     }
     return status;
 }
 
 // Refuses effects that the config cannot have.
-static enum vw_status check_config(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
+static enum vw_status check_config(const struct vw_config *config, const struct vw_effect_decision *decisions,
                                    uint32_t count) {
-    bool transient = vw_effects_is_on(verdicts, count, "transient");
-    if (vw_effects_is_on(verdicts, count, "pose") && config->field != VW_FIELD_HASH)
+    bool transient = vw_effects_is_on(decisions, count, "transient");
+    if (vw_effects_is_on(decisions, count, "pose") && config->field != VW_FIELD_HASH)
         return vw_fail(VW_ERROR_USAGE, "--effects: pose needs --field hash, not %s", vw_field_name(config->field));
     if (transient && config->loss != VW_LOSS_L2)
         return vw_fail(VW_ERROR_USAGE, "--effects: transient weighs squared errors; it needs --loss l2, not %s",
                        vw_loss_name(config->loss));
-    if (transient && config->consistency_weight > 0.0 && vw_effects_is_on(verdicts, count, "appearance_encoder"))
+    if (transient && config->consistency_weight > 0.0 && vw_effects_is_on(decisions, count, "appearance_encoder"))
         return vw_fail(VW_ERROR_USAGE,
                        "--consistency-weight: excludes the effect transient; use 0, or leave out transient or "
                        "appearance_encoder");
     return VW_OK;
 }
 
-enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_decision *decisions,
                                        uint32_t count) {
-    enum vw_status status = follow_renderer(config, verdicts, count);
-    if (!status) status = check_config(config, verdicts, count);
+    enum vw_status status = follow_renderer(config, decisions, count);
+    if (!status) status = check_config(config, decisions, count);
     for (uint32_t i = 0; i < count && !status; i++) {
         const struct vw_effect_conflict *conflicts = effects[i].conflicts;
-        for (uint32_t c = 0; verdicts[i].on && c < VW_EFFECT_CONFLICTS_MAX && conflicts[c].refusal && !status; c++)
-            status = switch_off(config, verdicts, count, conflicts[c].name, conflicts[c].refusal,
+        for (uint32_t c = 0; decisions[i].on && c < VW_EFFECT_CONFLICTS_MAX && conflicts[c].refusal && !status; c++)
+            status = switch_off(config, decisions, count, conflicts[c].name, conflicts[c].refusal,
                                 conflicts[c].refused_unnamed);
     }
     return status;
@@ -261,10 +261,10 @@ static bool any_rich_lens(const struct vw_scene *scene) {
     return false;
 }
 
-void vw_effects_specialise(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+void vw_effects_specialise(const struct vw_effect_decision *decisions, const struct vw_scene *scene,
                            struct vw_specialization *specialization) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
-        uint32_t on = verdicts[i].on;
+        uint32_t on = decisions[i].on;
         if (effects[i].constant == HOST_ONLY) continue;
         memcpy((char *)specialization + effects[i].constant, &on, sizeof on);
     }

@@ -29,7 +29,7 @@ struct vw_effect {
     bool on_request;    // nothing calls for it: it is on where --effects names it
 };
 
-// Returns all effects, in the order of verdicts.
+// Returns all effects, in the order of decisions.
 const struct vw_effect *vw_effects_get(uint32_t *count);
 
 // Returns whether the renderer of a field can have the effect.
@@ -42,14 +42,14 @@ bool vw_effects_leave_to_evidence(const char *choice);
 bool vw_effects_names(const char *choice, const char *name);
 
 // Returns whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
-bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);
+bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_decision *decisions, uint32_t count);
 
 // The kinds of all effects that have params, buffers or passes of their own, in the order in which their params are
 // laid out and their passes recorded; the end is NULL.
 extern const struct vw_effect_kind *const vw_effect_kinds[];
 
-// Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
-void vw_effects_specialise(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+// Sets the specialization constants of the effects that are on. `decisions` has one entry per effect.
+void vw_effects_specialise(const struct vw_effect_decision *decisions, const struct vw_scene *scene,
                            struct vw_specialization *specialization);
 
 #endif

@@ -191,21 +191,21 @@ TEST(what_cannot_be_together_is_refused_by_name) {
          "--consistency-weight", NULL},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
         uint32_t count;
         struct vw_config config = config_with(cases[i].field, cases[i].option);
         config.loss = cases[i].loss;
         config.consistency_weight = cases[i].consistency_weight;
-        vw_effects_list(verdicts, &count);
-        for (uint32_t k = 0; k < count; k++) verdicts[k].on = vw_word_list_has(cases[i].found, verdicts[k].name);
-        enum vw_status status = vw_effects_follow_field(&config, verdicts, count);
+        vw_effects_list(decisions, &count);
+        for (uint32_t k = 0; k < count; k++) decisions[k].on = vw_word_list_has(cases[i].found, decisions[k].name);
+        enum vw_status status = vw_effects_follow_field(&config, decisions, count);
         if (cases[i].refused) ASSERT_FAILS(status, VW_ERROR_USAGE, cases[i].refused);
         else ASSERT_OK(status);
         for (uint32_t k = 0; k < count && !status; k++)
-            assert_int_equal(verdicts[k].on, vw_word_list_has(cases[i].found, verdicts[k].name) &&
-                                                 !(cases[i].left && !strcmp(verdicts[k].name, cases[i].left)));
+            assert_int_equal(decisions[k].on, vw_word_list_has(cases[i].found, decisions[k].name) &&
+                                                  !(cases[i].left && !strcmp(decisions[k].name, cases[i].left)));
         if (!status && strstr(cases[i].option, "+appearance_encoder"))
-            assert_true(vw_effects_halve_views(verdicts, count) && !vw_effects_fit_views(verdicts, count));
+            assert_true(vw_effects_halve_views(decisions, count) && !vw_effects_fit_views(decisions, count));
     }
 }
 

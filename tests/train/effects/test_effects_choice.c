@@ -7,25 +7,25 @@
 
 // Asserts that the names between spaces in `expected` are on when those in `called_for` are called for.
 static void assert_on(const char *called_for, const char *choice, const char *expected) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
     uint32_t count;
-    vw_effects_list(verdicts, &count);
+    vw_effects_list(decisions, &count);
     for (uint32_t i = 0; i < count; i++) {
-        char *word = vw_format_text(" %s ", verdicts[i].name);
-        verdicts[i].called_for = strstr(called_for, word) != NULL;
+        char *word = vw_format_text(" %s ", decisions[i].name);
+        decisions[i].called_for = strstr(called_for, word) != NULL;
         free(word);
     }
-    if (vw_effects_choose(choice, verdicts, count) != VW_OK) fail_msg("--effects %s: %s", choice, vw_error_message());
+    if (vw_effects_choose(choice, decisions, count) != VW_OK) fail_msg("--effects %s: %s", choice, vw_error_message());
     for (uint32_t i = 0; i < count; i++) {
-        char *word = vw_format_text(" %s ", verdicts[i].name);
+        char *word = vw_format_text(" %s ", decisions[i].name);
         bool wanted = strstr(expected, word) != NULL;
         free(word);
-        if (verdicts[i].on != wanted)
-            fail_msg("called for:%s; --effects %s: %s is %s", called_for, choice, verdicts[i].name,
+        if (decisions[i].on != wanted)
+            fail_msg("called for:%s; --effects %s: %s is %s", called_for, choice, decisions[i].name,
                      wanted ? "off" : "on");
-        assert_true(vw_effects_is_on(verdicts, count, verdicts[i].name) == wanted);
+        assert_true(vw_effects_is_on(decisions, count, decisions[i].name) == wanted);
     }
-    assert_false(vw_effects_is_on(verdicts, count, "no_such_effect"));
+    assert_false(vw_effects_is_on(decisions, count, "no_such_effect"));
 }
 
 TEST(evidence_lists_and_signs) {
@@ -47,11 +47,11 @@ TEST(effects_follow_others) {
 }
 
 TEST(wrong_words_are_refused) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     const char *const wrong[] = {"fog", "+sky,masks", "sky,-masks", "", "+", "sky,"};
-    vw_effects_list(verdicts, &count);
+    vw_effects_list(decisions, &count);
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++)
-        if (vw_effects_choose(wrong[i], verdicts, count) != VW_ERROR_USAGE)
+        if (vw_effects_choose(wrong[i], decisions, count) != VW_ERROR_USAGE)
             fail_msg("--effects \"%s\" is taken", wrong[i]);
 }

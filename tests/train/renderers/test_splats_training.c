@@ -289,22 +289,22 @@ TEST(gaps_are_those_of_all_pairs) {
 
 TEST(effects_that_splats_cannot_have_are_refused_by_name) {
     static const char *const possible = "distortion,background,masks,sky,appearance,uncertainty";
-    struct vw_effect_verdict listed[VW_EFFECT_COUNT_MAX];
+    struct vw_effect_decision listed[VW_EFFECT_COUNT_MAX];
     uint32_t count, kept = 0;
     vw_effects_list(listed, &count);
     for (uint32_t e = 0; e < count; e++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
         struct vw_config config = test_config_of(VW_FIELD_SPLATS);
-        vw_effects_list(verdicts, &count);
-        verdicts[e].on = true;
+        vw_effects_list(decisions, &count);
+        decisions[e].on = true;
         strcpy(config.effects, "auto");
-        ASSERT_OK(vw_effects_follow_field(&config, verdicts, count));
-        kept += verdicts[e].on;
-        bool can = verdicts[e].on;
+        ASSERT_OK(vw_effects_follow_field(&config, decisions, count));
+        kept += decisions[e].on;
+        bool can = decisions[e].on;
         assert_int_equal(can, strstr(possible, listed[e].name) != NULL && strcmp(listed[e].name, "appearance_code"));
-        verdicts[e].on = true;
+        decisions[e].on = true;
         snprintf(config.effects, sizeof config.effects, "+%s", listed[e].name);
-        enum vw_status status = vw_effects_follow_field(&config, verdicts, count);
+        enum vw_status status = vw_effects_follow_field(&config, decisions, count);
         if (can) assert_int_equal(status, VW_OK);
         else ASSERT_FAILS(status, VW_ERROR_USAGE, listed[e].name);
     }
