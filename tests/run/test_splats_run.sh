@@ -55,7 +55,7 @@ check "is replayed" run "$program" verify "$folder/ssim" --replay 4000000000
 check "a view is rendered" run "$program" render "$folder/whole" --device llvmpipe
 check "with the field's PSNR" grep -q 'PSNR' "$folder/stdout"
 check "a sweep" run "$program" tradeoff "$scene" --out "$folder/sweep" --seeds 2 --epochs 4 \
-    --parameters rays,samples,width,downscale,epochs "${splats[@]}"
+    --parameters rays,samples,width,epochs "${splats[@]}"
 check "of what splats have" test "$(cd "$folder/sweep/configurations" && echo *)" = "base epochs-2 epochs-8 full_resolution rays-512"
 
 # ---- What is another run ----
