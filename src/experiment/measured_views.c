@@ -63,7 +63,7 @@ static enum vw_status measure_whole(struct vw_trainer *trainer, const struct vw_
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < measured->count; i++) {
         struct vw_whole_view whole;
-        status = vw_trainer_measure_whole(trainer, measured->views[i], 0, &whole);
+        status = vw_trainer_measure_whole(trainer, NULL, measured->views[i], &whole);
         if (status) break;
         measured->errors[i] = whole.error;
         status =

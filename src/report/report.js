@@ -128,8 +128,10 @@ function fillVerdict() {
     told.push('Scores hold for these ' + plural(ranking.views, 'validation photo') +
       '; by as many others, ranks would agree with these by about ' + fixed(ranking.view_halves, 2) + '. ');
   byId('verdict').replaceChildren(element('b', {}, 'Reconstruction: ' + verdict.verdict + '. '),
-    fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ', median of ' + plural(seen.views, 'validation photo') + '.');
-  byId('belief').replaceChildren('The mean colour of the validation photos has ' + fixed(seen.mean_colour_db, 1) +
+    fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ', median of ' +
+    plural(seen.views, seen.split === 'test' ? 'test photo' : 'validation photo') + ' at ' + seen.measured_px.join(' × ') +
+    (seen.trained_px[0] === seen.measured_px[0] ? '.' : ', trained at ' + seen.trained_px.join(' × ') + '.'));
+  byId('belief').replaceChildren('The mean colour of these photos has ' + fixed(seen.mean_colour_db, 1) +
     ' dB, the nearest train photo ' + fixed(seen.nearest_photo_db, 1) + '. ', ...told);
 }
 

@@ -9,6 +9,7 @@
 #include "run/lasting/lasting.h"
 #include "run/out_folder.h"
 #include "run/outputs/checksums.h"
+#include "run/outputs/reconstruction.h"
 #include "run/outputs/run_outputs.h"
 #include "run/run_private.h"
 #include "value/methods.h"
@@ -232,6 +233,8 @@ enum vw_status vw_run_score(struct vw_run *run) {
 static enum vw_status make_outputs(struct vw_run *run) {
     const struct vw_run_outputs_params params = {.out = run->out,
                                                  .scene = run->scene,
+                                                 .scene_options_json = run->scene_options_json,
+                                                 .gpu = run->gpu,
                                                  .ledger = run->ledger,
                                                  .scoring = &run->results.scoring,
                                                  .trainer = run->trainer,
@@ -243,15 +246,22 @@ static enum vw_status make_outputs(struct vw_run *run) {
     return vw_run_outputs_make(&params, &run->results.outputs);
 }
 
+// Makes what a run without validation has.
+static enum vw_status make_outputs_of_training(struct vw_run *run) {
+    struct vw_run_outputs *outputs = &run->results.outputs;
+    const struct vw_reconstruction_params seen = {
+        .scene = run->scene, .scene_options_json = run->scene_options_json, .gpu = run->gpu, .trainer = run->trainer};
+    enum vw_status status = vw_run_splits_write(run->scene, run->out);
+    if (!status) status = vw_run_splats_write(run->trainer, run->out, &outputs->has_splats);
+    return status ? status : vw_reconstruction_measure(&seen, &outputs->results.reconstruction);
+}
+
 enum vw_status vw_run_finish(struct vw_run *run) {
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: run is NULL; open one by vw_run_open");
     if (run->finished) return VW_OK;
     enum vw_status status = score_and_end(run);
     if (!status && !run->written) status = write_scores(run);
-    if (!status && run->validate) status = make_outputs(run);
-    if (!status && !run->validate) status = vw_run_splits_write(run->scene, run->out);
-    if (!status && !run->validate)
-        status = vw_run_splats_write(run->trainer, run->out, &run->results.outputs.has_splats);
+    if (!status) status = run->validate ? make_outputs(run) : make_outputs_of_training(run);
     if (!status) status = name_end(run); // a payout changes the head
     if (!status) status = vw_checksums_write(run->out, run->ledger);
     run->finished = !status;

@@ -145,18 +145,17 @@ enum vw_status vw_trainer_render_poses(struct vw_trainer *trainer, const uint32_
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
                                         uint32_t pixels_max, struct vw_view_error *errors);
 
-// The same for all pixels of one view, or of a window in the middle of what is scored of it, which are handed out: as
-// the field shows them, with the gain and bias that validation fits, and as the photo has them.
+// The same for all pixels of one view, which are handed out: as the field shows them, with the gain and bias that
+// validation fits, and as the photo has them.
 struct vw_whole_view {
-    uint32_t left_px, top_px; // the window's place in the photo
     uint32_t width_px, height_px;
     float *rendered, *photo; // owned; rgb floats, rows top to bottom; not clamped to [0,1]
     uint8_t *counts;         // owned; by pixel: 1 for those that are usable and scored, else 0
     struct vw_view_error error;
 };
-// Measures a window of at most `side_px` by `side_px` pixels, whose errors are NaN if none is usable; 0: the whole
-// view.
-enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, uint32_t side_px,
+// Measures a whole view, by the photo and camera of `sized`, the scene at another size, where its errors are NaN if no
+// pixel is usable; NULL: by the trainer's scene, where that is a failure.
+enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, const struct vw_scene *sized, uint32_t view,
                                         struct vw_whole_view *whole);
 void vw_whole_view_free(struct vw_whole_view *whole);
 

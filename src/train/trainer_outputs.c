@@ -195,8 +195,10 @@ enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32
     return vw_measure_views(&measured, views, view_count, pixels_max, errors);
 }
 
-enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, uint32_t side_px,
+enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, const struct vw_scene *sized, uint32_t view,
                                         struct vw_whole_view *whole) {
-    const struct vw_measured_field measured = measured_field_of(trainer);
-    return vw_measure_whole_view(&measured, view, side_px, whole);
+    struct vw_measured_field measured = measured_field_of(trainer);
+    if (sized) measured.scene = sized;
+    measured.allows_blank = sized != NULL;
+    return vw_measure_whole_view(&measured, view, whole);
 }

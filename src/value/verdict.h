@@ -41,24 +41,27 @@ enum vw_status vw_ranking_agreement_measure(const struct vw_value_input *input, 
 // theory). Why this share: src/lab/results/agreement.md. NaN for fewer than three scores with a standard error.
 double vw_ranking_agreement_predict(const struct vw_ledger_score *scores, uint32_t score_count);
 
-// Validation photos beside their renders at the end of a run; PSNR and SSIM are means over photos. NaN: unknown.
+// Photos that were not trained on beside their renders at the end of a run, whole and at a size that does not depend on
+// the size of training (run/outputs/reconstruction.h). Numbers are medians over photos. NaN: unknown.
 struct vw_reconstruction {
-    uint32_t view_count;
-    uint64_t pixel_count; // all these photos together: the middle of each
-    double psnr_db, ssim; // SSIM: Wang et al. 2004, windows of 11 x 11 pixels (image/image.h)
+    uint32_t view_count;                    // photos that were measured
+    bool of_test;                           // they are test photos; else validation photos
+    uint32_t trained_px[2], measured_px[2]; // width and height of the last of them
+    double psnr_db, ssim;                   // SSIM: Wang et al. 2004, windows of 11 x 11 pixels (image/image.h)
     // PSNR of trivial predictions of the same pixels: the photo's own mean colour there, and the nearest train photo.
     double mean_colour_db, nearest_photo_db;
 };
 
-// Returns an object: "views", "pixels" and the numbers above by their names, null where unknown.
+// Returns an object: "views", "split" ("test" or "val"), "trained_px", "measured_px" and the numbers above by their
+// names, null where unknown.
 json_t *vw_reconstruction_to_json(const struct vw_reconstruction *reconstruction);
 // Returns NULL, or the key that is missing or not what it should be.
 const char *vw_reconstruction_from_json(const json_t *json, struct vw_reconstruction *reconstruction);
 
 enum vw_verdict { VW_VERDICT_UNKNOWN, VW_VERDICT_TOO_COARSE, VW_VERDICT_USABLE, VW_VERDICT_GOOD };
 
-// Judges a run: too coarse if PSNR is less than 3 dB above the better of the trivial predictions, good from 6 dB and
-// SSIM 0.7 on. VW_VERDICT_UNKNOWN where PSNR or both predictions are unknown.
+// Judges a run: good if PSNR is at least 6 dB above the better of the trivial predictions and SSIM at least 0.7, too
+// coarse below 3 dB or 0.5. VW_VERDICT_UNKNOWN where PSNR, SSIM or both predictions are unknown.
 enum vw_verdict vw_verdict_judge(const struct vw_reconstruction *reconstruction);
 extern const struct vw_reconstruction vw_reconstruction_unknown;
 // Returns {"verdict": word, "reconstruction": as above, "ranking": {"epochs", "views", "epoch_halves",

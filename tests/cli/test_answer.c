@@ -40,8 +40,13 @@ static void take_photos(struct vw_answer *answer) {
 
 static void print(const void *context) { vw_answer_print((struct vw_answer *)context); }
 
-static const struct vw_reconstruction usable = {
-    .view_count = 1, .psnr_db = 21.26, .ssim = 0.594, .mean_colour_db = 12.6, .nearest_photo_db = 16.7};
+static const struct vw_reconstruction usable = {.view_count = 1,
+                                                .trained_px = {60, 40},
+                                                .measured_px = {120, 80},
+                                                .psnr_db = 21.26,
+                                                .ssim = 0.594,
+                                                .mean_colour_db = 12.6,
+                                                .nearest_photo_db = 16.7};
 
 TEST(photos_stand_by_advice_and_reason) {
     AUTO_FOLDER char *folder = temporary_folder_create();
@@ -50,8 +55,8 @@ TEST(photos_stand_by_advice_and_reason) {
     take_photos(&answer);
     AUTO_FREE char *text = printed_on(stdout, print, &answer);
     AUTO_FREE char *expected =
-        vw_format_text("reconstruction  usable: 21.3 dB and SSIM 0.59 in the middle of 1 validation "
-                       "photo; their mean colour has 12.6 dB, the nearest train photo 16.7\n"
+        vw_format_text("reconstruction  usable: 21.3 dB and SSIM 0.59, median of 1 validation photo at 120 x 80, "
+                       "trained at 60 x 40; their mean colour has 12.6 dB, the nearest train photo 16.7\n"
                        "keep            6: c.jpg, a.jpg, h.jpg, i.jpg, g.jpg (helps); e.jpg (lone view)\n"
                        "look at         1: d.jpg (exposure)\n"
                        "leave out       5: k.jpg, j.jpg, m.jpg, l.jpg, n.jpg (too dark)\n"
@@ -78,7 +83,7 @@ TEST(a_usable_reconstruction_asks_for_a_selection) {
     AUTO(vw_answer_free)
     struct vw_answer answer = {.out = folder, .reconstruction = usable, .training_s = 30, .unvalidated_share = 0.5};
     take_photos(&answer);
-    answer.reconstruction.view_count = 2;
+    answer.val_count = 2;
     AUTO_FREE char *text = printed_on(stdout, print, &answer);
     AUTO_FREE char *expected =
         vw_format_text("\nnext            viewworth select %s --to LIST   (up to 34 trainings, about 8 min)\n", folder);

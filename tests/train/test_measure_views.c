@@ -90,7 +90,7 @@ TEST(whole_views_have_the_errors_of_all_pixels) {
         if (i == 2) view->mask = malloc(pixels);
         for (uint32_t p = 0; i == 2 && p < pixels; p++) view->mask[p] = p % 3 ? VW_MASK_KEEP : VW_MASK_HIDE;
         ASSERT_OK(vw_trainer_measure_views(trainer, &place, 1, pixels, &measured));
-        ASSERT_OK(vw_trainer_measure_whole(trainer, place, 0, &whole));
+        ASSERT_OK(vw_trainer_measure_whole(trainer, NULL, place, &whole));
         assert_int_equal(whole.width_px, width_px);
         assert_true(whole.error.mse == measured.mse && whole.error.l1 == measured.l1);
         struct vw_view_error kept = errors_of(&whole, &count);
@@ -114,7 +114,7 @@ TEST(a_whole_view_is_the_render_beside_the_photo) {
     struct vw_trainer *trainer = train(scene, "none", last);
     uint32_t view = trainer->validation.views[0];
     const struct vw_image *image = &scene->views[view].image;
-    ASSERT_OK(vw_trainer_measure_whole(trainer, view, 0, &whole));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, NULL, view, &whole));
     ASSERT_OK(vw_trainer_render(trainer, view, &rgb));
     for (uint32_t i = 0; i < image->width_px * image->height_px; i++) {
         float rgba[4];

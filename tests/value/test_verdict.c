@@ -6,10 +6,10 @@
 static const struct vw_ranking_agreement agreement = {.epochs = 29, .view_count = 7, .better_training = 0.9};
 
 static struct vw_reconstruction reconstruction(double psnr_db, double mean_colour_db, double nearest_photo_db) {
-    return (struct vw_reconstruction){7, 1000, psnr_db, 0.8, mean_colour_db, nearest_photo_db};
+    return (struct vw_reconstruction){7, true, {120, 80}, {480, 320}, psnr_db, 0.8, mean_colour_db, nearest_photo_db};
 }
 
-TEST(the_gain_over_trivial_predictions_decides) {
+TEST(the_gain_over_trivial_predictions_and_similarity_decide) {
     static const struct {
         double psnr_db, mean_colour_db, nearest_photo_db;
         enum vw_verdict verdict;
@@ -27,6 +27,10 @@ TEST(the_gain_over_trivial_predictions_decides) {
     struct vw_reconstruction blurred = reconstruction(25, 12, 14);
     blurred.ssim = 0.69;
     assert_int_equal(vw_verdict_judge(&blurred), VW_VERDICT_USABLE);
+    blurred.ssim = 0.49;
+    assert_int_equal(vw_verdict_judge(&blurred), VW_VERDICT_TOO_COARSE);
+    blurred.ssim = NAN;
+    assert_int_equal(vw_verdict_judge(&blurred), VW_VERDICT_UNKNOWN);
 }
 
 TEST(a_reconstruction_is_read_as_it_was_written) {
@@ -35,9 +39,14 @@ TEST(a_reconstruction_is_read_as_it_was_written) {
     json_t *json = vw_reconstruction_to_json(&seen);
     assert_null(vw_reconstruction_from_json(json, &read));
     assert_true(read.psnr_db == 21.5 && isnan(read.mean_colour_db) && read.nearest_photo_db == 14.25);
-    assert_true(read.view_count == 7 && read.pixel_count == 1000 && read.ssim == 0.8);
+    assert_true(read.view_count == 7 && read.of_test && read.ssim == 0.8);
+    assert_true(read.trained_px[1] == 80 && read.measured_px[0] == 480 && read.measured_px[1] == 320);
     json_object_set_new(json, "ssim", json_string("high"));
     assert_string_equal(vw_reconstruction_from_json(json, &read), "ssim");
+    json_object_set_new(json, "measured_px", json_pack("[i, i]", 480, -1));
+    assert_string_equal(vw_reconstruction_from_json(json, &read), "measured_px");
+    json_object_set_new(json, "split", json_string("train"));
+    assert_string_equal(vw_reconstruction_from_json(json, &read), "split");
     json_object_set_new(json, "views", json_integer(-1));
     assert_string_equal(vw_reconstruction_from_json(json, &read), "views");
     json_decref(json);

@@ -100,20 +100,22 @@ static void print_line(const struct vw_answer *answer, const struct line *line) 
     vw_print("\n");
 }
 
-// Prints whether the reconstruction is good enough to rank photos by.
-static void print_reconstruction(const struct vw_reconstruction *seen) {
-    char ssim[32] = "";
-    if (isfinite(seen->ssim)) snprintf(ssim, sizeof ssim, " and SSIM %.2f", seen->ssim);
-    vw_print("reconstruction  %s: %.1f dB%s in the middle of %u validation photo%s; their mean colour has %.1f dB, "
-             "the nearest train photo %.1f\n",
-             vw_verdict_word(vw_verdict_judge(seen)), seen->psnr_db, ssim, seen->view_count,
-             vw_plural(seen->view_count), seen->mean_colour_db, seen->nearest_photo_db);
+void vw_reconstruction_print(const struct vw_reconstruction *seen) {
+    const uint32_t *trained = seen->trained_px, *measured = seen->measured_px;
+    enum vw_verdict verdict = vw_verdict_judge(seen);
+    if (verdict == VW_VERDICT_UNKNOWN) return;
+    vw_print("reconstruction  %s: %.1f dB and SSIM %.2f, median of %u %s photo%s at %u x %u", vw_verdict_word(verdict),
+             seen->psnr_db, seen->ssim, seen->view_count, seen->of_test ? "test" : "validation",
+             vw_plural(seen->view_count), measured[0], measured[1]);
+    if (trained[0] != measured[0]) vw_print(", trained at %u x %u", trained[0], trained[1]);
+    vw_print("; their mean colour has %.1f dB, the nearest train photo %.1f\n", seen->mean_colour_db,
+             seen->nearest_photo_db);
 }
 
 // Returns the trainings of a verified selection, at most; 0: it is not possible.
 static uint32_t count_trainings(const struct vw_answer *answer) {
     uint32_t command = 0;
-    if (answer->reconstruction.view_count < VW_HALVES) return 0;
+    if (answer->val_count < VW_HALVES) return 0;
     while (strcmp(vw_priced_commands[command].name, "select") != 0) command++;
     return vw_priced_commands[command].trainings;
 }
@@ -151,6 +153,7 @@ enum vw_status vw_answer_begin(const struct vw_run *run, const char *out, struct
     const struct vw_run_results *results = vw_run_get_results(run);
     *answer = (struct vw_answer){.out = out,
                                  .reconstruction = results->outputs.results.reconstruction,
+                                 .val_count = results->outputs.results.agreement.view_count,
                                  .times_at_most = vw_accuracy_most_against(results->config),
                                  .unvalidated_share = vw_accuracy_unvalidated_share(results->config),
                                  .has_report = results->outputs.report_path != NULL,
@@ -159,7 +162,7 @@ enum vw_status vw_answer_begin(const struct vw_run *run, const char *out, struct
 }
 
 void vw_answer_print(struct vw_answer *answer) {
-    if (vw_verdict_judge(&answer->reconstruction) != VW_VERDICT_UNKNOWN) print_reconstruction(&answer->reconstruction);
+    vw_reconstruction_print(&answer->reconstruction);
     if (answer->photo_count) qsort(answer->photos, answer->photo_count, sizeof *answer->photos, compare);
     for (size_t i = 0; i < VW_ARRAY_COUNT(lines); i++) print_line(answer, &lines[i]);
     print_next(answer, answer->photo_count > 0);

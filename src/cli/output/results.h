@@ -99,6 +99,7 @@ struct vw_answer_photo {
 struct vw_answer {
     const char *out; // borrowed
     struct vw_reconstruction reconstruction;
+    uint32_t val_count;       // validation photos
     double times_at_most;     // times as long that the most accurate training takes
     double training_s;        // time of this training; NaN: unknown
     double unvalidated_share; // share of it that a training without validation takes
@@ -111,6 +112,8 @@ struct vw_answer {
 // advice; then that is taken from their results. Free the answer also after a failure. VW_ERROR_MEMORY.
 enum vw_status vw_answer_begin(const struct vw_run *run, const char *out, struct vw_answer *answer);
 enum vw_status vw_answer_take(struct vw_answer *answer, const struct vw_results *results);
+// Prints whether the reconstruction is good enough to rank photos by.
+void vw_reconstruction_print(const struct vw_reconstruction *seen);
 // Sorts the photos and prints the answer.
 void vw_answer_print(struct vw_answer *answer);
 void vw_answer_free(struct vw_answer *answer);

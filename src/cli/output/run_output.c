@@ -155,6 +155,7 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
 }
 
 static void print_trained(const struct vw_run_results *results) {
+    vw_reconstruction_print(&results->outputs.results.reconstruction);
     vw_print("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", results->statistics.steps, results->ledger_path,
              results->field_path);
     if (results->outputs.has_splats) vw_print("splats   %s\n", results->splats_path);
@@ -189,6 +190,7 @@ static json_t *run_to_json(const struct vw_run_results *results, const struct vw
     if (results->outputs.has_splats) vw_json_set(&root, "splats", vw_json_string(results->splats_path));
     if (results->pass_count) vw_json_set(&root, "profile", profile_to_json(results));
     if (ranking) add_values(results, ranking, &root);
+    else vw_json_set(&root, "reconstruction", vw_reconstruction_to_json(&results->outputs.results.reconstruction));
     return root;
 }
 

@@ -15,22 +15,12 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-struct vw_reconstruction_params {
-    const struct vw_scene *scene;
-    struct vw_trainer *trainer; // nothing in flight
-    double rays;                // that the renders may use; each photo gets a window of at least SSIM's size
-};
-
-// Renders the middle of the validation photos, at most VW_RECONSTRUCTION_VIEWS_MAX of them and whatever their weights,
-// and measures those that show something there.
-enum { VW_RECONSTRUCTION_VIEWS_MAX = 16 };
-enum vw_status vw_reconstruction_measure(const struct vw_reconstruction_params *params,
-                                         struct vw_reconstruction *reconstruction);
-
 // All borrowed for the call.
 struct vw_run_outputs_params {
     const char *out;
     const struct vw_scene *scene;
+    const char *scene_options_json;
+    struct vw_gpu *gpu;
     struct vw_ledger *ledger;         // opened to append
     const struct vw_scoring *scoring; // scores of the ledger
     struct vw_trainer *trainer;       // has the field of the run's end; nothing in flight

@@ -150,19 +150,7 @@ static bool halves(const struct vw_measured_field *measured) {
     return measured->fits || vw_effects_see_photos(measured->field->model);
 }
 
-// Places the window: all of the view, or at most `side_px` by `side_px` pixels in the middle of what is scored.
-static void place_window(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
-                         struct vw_whole_view *whole) {
-    const struct vw_image *image = &measured->scene->views[view].image;
-    const struct vw_pixel_columns scored = side_px && halves(measured) ? vw_view_fit_right_half(measured->scene, view)
-                                                                       : vw_pixels_all_columns(measured->scene, view);
-    whole->width_px = side_px && side_px < scored.end - scored.begin ? side_px : scored.end - scored.begin;
-    whole->height_px = side_px && side_px < image->height_px ? side_px : image->height_px;
-    whole->left_px = scored.begin + (scored.end - scored.begin - whole->width_px) / 2;
-    whole->top_px = (image->height_px - whole->height_px) / 2;
-}
-
-// Chooses all pixels of the window, after those to fit on. Where the left half is not scored, only the right one has
+// Chooses all pixels of the view, after those to fit on. Where the left half is not scored, only the right one has
 // weight.
 static void choose_all(const struct vw_measured_field *measured, uint32_t view, const struct vw_whole_view *whole,
                        struct seen_view *seen) {
@@ -174,11 +162,11 @@ static void choose_all(const struct vw_measured_field *measured, uint32_t view, 
                        : 0;
     seen->count = seen->fit_count + whole->width_px * whole->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
-        uint32_t pixel = i - seen->fit_count, column = whole->left_px + pixel % whole->width_px;
-        seen->pixels[i] = vw_pixels_at(scene, view, measured->masks, column, whole->top_px + pixel / whole->width_px);
+        uint32_t pixel = i - seen->fit_count;
+        seen->pixels[i] = vw_pixels_at(scene, view, measured->masks, pixel % whole->width_px, pixel / whole->width_px);
     }
     for (uint32_t i = seen->fit_count; halves(measured) && i < seen->count; i++)
-        if (whole->left_px + (i - seen->fit_count) % whole->width_px < right.begin) seen->pixels[i].weight = 0.0f;
+        if ((i - seen->fit_count) % whole->width_px < right.begin) seen->pixels[i].weight = 0.0f;
 }
 
 // Writes over the pixels that were seen.
@@ -195,7 +183,7 @@ static enum vw_status fit_code(const struct vw_measured_field *measured, uint32_
 static enum vw_status show_encoder(const struct vw_measured_field *measured, uint32_t view,
                                    struct vw_pixel_columns columns) {
     const struct vw_thumbnail_choice choice = {columns, measured->masks};
-    return vw_encoder_set_thumbnail(measured->field, measured->scene, view, &choice);
+    return vw_encoder_set_thumbnail(measured->field, measured->field->scene, view, &choice);
 }
 
 static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_view *whole) {
@@ -215,29 +203,40 @@ static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_
     return VW_OK;
 }
 
-enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
-                                     struct vw_whole_view *whole) {
+// Renders and measures the view, which the field sees with the camera of the measured scene.
+static enum vw_status see_whole(const struct vw_measured_field *measured, uint32_t view, struct seen_view *seen,
+                                struct vw_whole_view *whole) {
     struct vw_evaluator evaluator = {0};
     struct vw_code_fit code = {0};
-    struct seen_view seen;
-    *whole = (struct vw_whole_view){0};
-    place_window(measured, view, side_px, whole);
-    size_t most = (size_t)whole->width_px * whole->height_px + CODE_FIT_RAYS_MAX;
-    enum vw_status status = allocate(most, &seen);
-    if (!status) status = vw_scene_decode(measured->scene, &view, 1);
-    if (!status)
-        status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, false, &evaluator);
-    if (!status) status = fit_code(measured, view, &seen, &code);
-    if (!status) status = show_encoder(measured, view, vw_view_fit_left_half(measured->scene, view));
+    uint32_t rays = whole->width_px * whole->height_px + CODE_FIT_RAYS_MAX;
+    enum vw_status status =
+        vw_evaluator_create(measured->field, rays < TILE_RAYS ? rays : TILE_RAYS, false, &evaluator);
+    if (!status) status = fit_code(measured, view, seen, &code);
+    if (!status) status = show_encoder(measured, view, vw_view_fit_left_half(measured->field->scene, view));
     if (!status) {
-        choose_all(measured, view, whole, &seen);
-        status = see(measured, &evaluator, view, side_px || measured->allows_blank, &seen, &whole->error);
+        choose_all(measured, view, whole, seen);
+        status = see(measured, &evaluator, view, measured->allows_blank, seen, &whole->error);
     }
-    if (!status) status = keep_pixels(&seen, whole);
+    if (!status) status = keep_pixels(seen, whole);
     enum vw_status undone = vw_code_fit_undo(measured->field, &code);
-    if (!undone) undone = show_encoder(measured, view, vw_pixels_all_columns(measured->scene, view));
-    if (!status) status = undone;
+    if (!undone) undone = show_encoder(measured, view, vw_pixels_all_columns(measured->field->scene, view));
     vw_evaluator_destroy(&evaluator);
+    return status ? status : undone;
+}
+
+enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
+                                     struct vw_whole_view *whole) {
+    const struct vw_camera *camera = &measured->scene->views[view].camera;
+    bool posed = measured->scene != measured->field->scene;
+    struct seen_view seen;
+    *whole = (struct vw_whole_view){.width_px = camera->width_px, .height_px = camera->height_px};
+    enum vw_status status = allocate((size_t)whole->width_px * whole->height_px + CODE_FIT_RAYS_MAX, &seen);
+    if (!status) status = vw_scene_decode(measured->scene, &view, 1);
+    if (!status && posed) status = vw_scene_decode(measured->field->scene, &view, 1); // for effects that see it
+    if (!status && posed) status = vw_field_pose(measured->field, view, &measured->scene->views[view]);
+    if (!status) status = see_whole(measured, view, &seen, whole);
+    enum vw_status undone = posed ? vw_field_pose(measured->field, view, NULL) : VW_OK;
+    if (!status) status = undone;
     release(&seen);
     if (status) vw_whole_view_free(whole);
     return status;

@@ -9,17 +9,17 @@
 
 struct vw_measured_field { // all borrowed
     struct vw_radiance_field *field;
-    const struct vw_scene *scene;
-    bool masks;        // mask files are obeyed
-    bool fits;         // a gain and a bias are fitted to a view's left half, and its right half is measured
-    bool allows_blank; // a view without usable pixels has errors of NaN; else it is a failure
+    const struct vw_scene *scene; // the field's, or, for whole views, the same at another size
+    bool masks;                   // mask files are obeyed
+    bool fits;                    // a gain and a bias are fitted to a view's left half, and its right half is measured
+    bool allows_blank;            // a view without usable pixels has errors of NaN; else it is a failure
     double *plain_mse; // by view that is measured, its mean squared error without the fit; NULL: not asked for
 };
 
 // Measures views as vw_trainer_measure_views() says. The second does as vw_trainer_measure_whole() says.
 enum vw_status vw_measure_views(const struct vw_measured_field *measured, const uint32_t *views, uint32_t view_count,
                                 uint32_t pixels_max, struct vw_view_error *errors);
-enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
+enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
                                      struct vw_whole_view *whole);
 
 // ---- The code of a photo that nothing was trained on ----

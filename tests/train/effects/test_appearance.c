@@ -161,7 +161,7 @@ TEST_CASES(a_code_is_fitted_and_taken_away, form, 2) {
     if (!(squares[1] < cases[form].share * squares[0]))
         fail_msg("%s: %g with the code, %g without", cases[form].effects, squares[1], squares[0]);
     struct vw_whole_view whole;
-    ASSERT_OK(vw_trainer_measure_whole(trainer, view, 0, &whole));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, NULL, view, &whole));
     assert_memory_equal(before, test_read(trainer->field.params), bytes);
     vw_whole_view_free(&whole);
     vw_evaluator_destroy(&evaluator);

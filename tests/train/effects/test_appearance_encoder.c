@@ -213,15 +213,15 @@ TEST(whole_views_show_their_left_halves) {
     uint32_t view = trainer->validation.views[0], width = scene->views[view].image.width_px,
              count = width * scene->views[view].image.height_px;
     ASSERT_OK(vw_trainer_render(trainer, view, &renders[0]));
-    ASSERT_OK(vw_trainer_measure_whole(trainer, view, 0, &seen[0]));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, NULL, view, &seen[0]));
     ASSERT_OK(vw_trainer_render(trainer, view, &renders[1]));
     assert_memory_equal(renders[0], renders[1], 3 * count * sizeof *renders[0]);
     brighten(scene, view, width / 2 + 1, width);
-    ASSERT_OK(vw_trainer_measure_whole(trainer, view, 0, &seen[1]));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, NULL, view, &seen[1]));
     assert_memory_equal(seen[0].rendered, seen[1].rendered, 3 * count * sizeof *seen[0].rendered);
     assert_true(seen[0].error.mse != seen[1].error.mse);
     brighten(scene, view, 0, width / 2);
-    ASSERT_OK(vw_trainer_measure_whole(trainer, view, 0, &seen[2]));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, NULL, view, &seen[2]));
     assert_memory_not_equal(seen[0].rendered, seen[2].rendered, 3 * count * sizeof *seen[0].rendered);
     for (uint32_t i = 0; i < count; i++) assert_int_equal(seen[0].counts[i], i % width >= (width + 1) / 2);
     for (int i = 0; i < 3; i++) vw_whole_view_free(&seen[i]);
