@@ -239,7 +239,7 @@ const struct vw_option vw_option_table[] = {
      OPTION(REAL, config.learning_rate)},
     {"learning-rate-decay", "X",
      "Share of --lr that is left after --decay-epochs; the rate falls by the same factor at every step, and stays "
-     "afterwards; of splats only that of positions",
+     "afterwards",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate_decay)},
     {"decay-epochs", "N", "Epochs over which the learning rate falls", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(COUNT, config.decay_epochs), DEFAULT("those that are planned")},

@@ -90,7 +90,7 @@ static const struct vw_config_field table[] = {
     NUMBER(beta_min, "beta-min", REAL, 0.001, 10, ALL),
     NUMBER(consistency_weight, "consistency-weight", REAL, 0, 1000, SAMPLED),
     NUMBER(learning_rate, "lr", REAL, 1e-12, 1e6, ALL, OF_MLP(5e-4), OF_SPLATS(6)),
-    NUMBER(learning_rate_decay, "learning-rate-decay", REAL, 1e-6, 1, ALL, OF_MLP(1), OF_SPLATS(0.01)),
+    NUMBER(learning_rate_decay, "learning-rate-decay", REAL, 1e-6, 1, ALL, OF_MLP(1)),
     NUMBER(decay_epochs, "decay-epochs", WHOLE, 0, 1e9, ALL),
     NUMBER(beta1, "beta1", REAL, 0, 0.999999, ALL),
     NUMBER(beta2, "beta2", REAL, 0, 0.999999, ALL, OF_SPLATS(0.999)),

@@ -83,8 +83,6 @@ struct vw_adam vw_adam_of(const struct vw_specialization *specialization);
 // Returns the learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those
 // taken.
 double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step);
-// Returns the same for a decay to `decay` at the last of the planned steps.
-double vw_model_decay_at_step(const struct vw_model *model, double decay, uint64_t step);
 
 // Returns the key of a step's random numbers.
 vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step);

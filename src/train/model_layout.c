@@ -9,12 +9,6 @@ vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step) {
     return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
 }
 
-double vw_model_decay_at_step(const struct vw_model *model, double decay, uint64_t step) {
-    uint64_t last = model->planned_steps;
-    if (decay == 1.0 || step <= 1) return 1.0;
-    return pow(decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
-}
-
 // Takes logarithms here, since a device's may be worse.
 struct vw_adam vw_adam_of(const struct vw_specialization *specialization) {
     const struct vw_specialization *s = specialization;
@@ -22,7 +16,9 @@ struct vw_adam vw_adam_of(const struct vw_specialization *specialization) {
 }
 
 double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step) {
-    return vw_model_decay_at_step(model, model->learning_rate_decay, step);
+    uint64_t last = model->planned_steps;
+    if (model->learning_rate_decay == 1.0 || step <= 1) return 1.0;
+    return pow(model->learning_rate_decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
 }
 
 bool vw_model_trains_on(const struct vw_model *model, const struct vw_scene *scene, uint32_t view) {

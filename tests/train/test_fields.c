@@ -25,9 +25,9 @@ static const struct form {
     {VW_FIELD_SPLATS, .squares = 2, .harmonics = 1, .share = 0.8},
     {VW_FIELD_SPLATS, .squares = 4, .share = 0.8, .effects = "sky,appearance"},
     {VW_FIELD_SPLATS, .squares = 9, .harmonics = 3, .beta1 = 0.9, .share = 0.8, .effects = "background"},
-    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.92},
-    {VW_FIELD_SPLATS, .squares = 9, .harmonics = 1, .ssim_weight = 1.0, .share = 0.92, .effects = "sky,appearance"},
-    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.92, .effects = "sky,uncertainty"},
+    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.95},
+    {VW_FIELD_SPLATS, .squares = 9, .harmonics = 1, .ssim_weight = 1.0, .share = 0.95, .effects = "sky,appearance"},
+    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.98, .effects = "sky,uncertainty"},
 };
 enum { FORMS = VW_ARRAY_COUNT(forms) };
 

@@ -23,7 +23,6 @@ static enum vw_status specialise(struct vw_model *model) {
     s->gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
     model->ray_group = 1;
     model->patch_side = PATCH_SIDE;
-    model->learning_rate_decay = 1.0; // that of positions alone is the config's
     model->of_renderer = vw_allocate(1, sizeof(struct vw_splat_model));
     return model->of_renderer ? VW_OK : VW_ERROR_MEMORY;
 }
