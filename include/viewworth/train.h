@@ -45,6 +45,7 @@ enum vw_field {
     VW_FIELD_MLP,    // positional encodings and one deep network (NeRF)
     VW_FIELD_SPLATS, // Gaussian splats (3DGS), drawn rather than sampled along rays
     VW_FIELD_COUNT,
+    VW_FIELD_AUTO = VW_FIELD_COUNT, // none yet: whoever opens a run chooses by the scene (vw_run_params)
 };
 
 // The model evaluated at the even samples to place importance samples.
@@ -106,12 +107,16 @@ struct vw_config {
     uint32_t pilot_steps;
 };
 
+// Has no field yet, and the numbers of a hash grid.
 extern const struct vw_config vw_config_default;
-// Returns the default config with another field's defaults: for VW_FIELD_MLP, NeRF's width of 256 and learning rate of
-// 5e-4; for VW_FIELD_SPLATS, 12 squares of 16 x 16 pixels per step, 3 times the usual rates of 3DGS, of which that of
-// positions decays to a hundredth, beta2 0.999, and 4096 validation rays.
+// Returns the default config with a field and its own defaults: for VW_FIELD_MLP, NeRF's width of 256 and learning rate
+// of 5e-4; for VW_FIELD_SPLATS, 12 squares of 16 x 16 pixels per step, 3 times the usual rates of 3DGS, of which that
+// of positions decays to a hundredth, beta2 0.999, and 4096 validation rays.
 struct vw_config vw_config_of_field(enum vw_field field);
-// Checks every range; the message names the option.
+// Gives a config without a field one, with the field's own defaults for all numbers that are those of
+// vw_config_default, unless their bits (vw_config_explicit) say that they are meant.
+void vw_config_take_field(enum vw_field field, uint64_t explicit_fields, struct vw_config *config);
+// Checks every range, and that the field, if there is one, has what is set; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
 // Returns whether the learning rate stays the same, so that steps do not depend on the planned epochs.
 bool vw_config_rate_is_constant(const struct vw_config *config);
@@ -165,7 +170,7 @@ void vw_config_settle_decay(struct vw_config *config);
 // Sets the number of epochs, and the decay of the rate to the same share of them.
 void vw_config_set_epochs(struct vw_config *config, uint32_t epochs);
 
-const char *vw_field_name(enum vw_field field);                     // "hash", "mlp", "splats"
+const char *vw_field_name(enum vw_field field);                     // "hash", "mlp", "splats", "auto"
 const char *vw_loss_name(enum vw_loss loss);                        // "l1", "l2", "huber"
 const char *vw_optimizer_name(enum vw_optimizer optimizer);         // "lazy-adam", "dense-adam", "sgd"
 const char *vw_background_name(enum vw_background_form form);       // "fixed", "random"

@@ -200,8 +200,11 @@ const struct vw_option vw_option_table[] = {
      "Weight of each validation photo in validation PSNR and L1, and so in the scores: a CSV file (header: "
      "name,weight). Photos that it does not name have weight 1",
      VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.val_weights), COMMON, DEFAULT("those of --splits, or 1")},
-    {"downscale", "N", "Factor by which width and height of the photos are divided", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
-     OPTION(COUNT, scene.downscale), RANGE(1, 64), COMMON},
+    {"downscale", "auto|N",
+     "Factor by which width and height of the photos are divided; auto: so that a training of the level sees each "
+     "pixel often enough on a CPU, and on a GPU to 2 megapixels",
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(COUNT, scene.downscale), RANGE(1, 64), COMMON, DEFAULT("auto"),
+     .zero = "auto", .words = "auto"},
 
     // The training.
     {"seed", "N", "Seed of photo order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
@@ -285,8 +288,10 @@ const struct vw_option vw_option_table[] = {
      "Options of a published method; explicit options override it, and it overrides --accuracy and --budget",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(preset, vw_option_preset_name, VW_PRESET_PAPER)},
     {"field", NULL,
-     "What is trained: a hash grid with two small networks, one deep network as in NeRF, or Gaussian splats",
-     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_SPLATS), COMMON},
+     "What is trained: a hash grid with two small networks, one deep network as in NeRF, or Gaussian splats; auto: "
+     "splats where train photos share enough points, and the other options ask for nothing that splats lack, else the "
+     "hash grid",
+     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_AUTO), COMMON},
     {"splats", "N",
      "Number of splats with --field splats; 0: one for each point of the scene that a train photo sees; with more, "
      "points have several",

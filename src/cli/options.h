@@ -84,7 +84,7 @@ struct vw_options {
 
 // The options of a command line that has none. The config's are vw_config_default.
 #define VW_OPTIONS_DEFAULT                                                                                             \
-    { .scene.downscale = 1, .per_device = 1, .seeds = 3, .frames = 60, .proposals = 10 }
+    { .per_device = 1, .seeds = 3, .frames = 60, .proposals = 10 }
 
 // Groups of options that commands take. Every command takes VW_OPTIONS_ALWAYS.
 enum {

@@ -11,6 +11,7 @@
 #include "cli/program.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/plan.h"
+#include "run/plan/training_choice.h"
 #include "viewworth/gpu.h"
 
 enum vw_status vw_params_set_memory(const struct vw_options *options) {
@@ -40,15 +41,6 @@ static uint64_t list_explicit_fields(const struct vw_options *options) {
     for (uint32_t i = 0; i < count; i++)
         if (vw_options_have(options, field[i].option)) fields |= vw_config_explicit(field[i].option);
     return fields;
-}
-
-enum vw_status vw_params_take_accuracy(const struct vw_options *options, struct vw_config *config) {
-    uint32_t level = 0;
-    *config = options->config;
-    enum vw_status status = options->accuracy ? vw_accuracy_find(options->accuracy, &level) : VW_OK;
-    if (status || !options->accuracy) return status;
-    vw_accuracy_apply(level, list_explicit_fields(options), config);
-    return vw_config_check(config);
 }
 
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params) {
@@ -117,14 +109,42 @@ struct vw_device_choice vw_device_list_choose(const struct vw_options *options, 
     return (struct vw_device_choice){list->texts[0], list->texts + 1, list->count - 1};
 }
 
-struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options,
-                                                    const struct vw_device_list *devices,
-                                                    struct vw_progress *progress) {
-    progress->quiet = options->quiet;
-    return (struct vw_experiment_params){
-        .scene = options->scene,
-        .config = &options->config,
-        .devices = vw_device_list_choose(options, devices),
+// ---- Experiments ----------------------------------------------------------------------------------------------------
+
+// Chooses what is open; who has no device gets what a CPU would.
+static enum vw_status choose(const struct vw_training_choice_params *params, const char *device,
+                             struct vw_scene_params *scene, struct vw_config *config) {
+    struct vw_training_choice_params with_device = *params;
+    struct vw_training_choice choice;
+    enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = device}, &with_device.gpu);
+    if (status == VW_ERROR_NO_DEVICE && !device) status = VW_OK;
+    if (!status) status = vw_training_choose(&with_device, scene, config, &choice);
+    (void)vw_gpu_close(&with_device.gpu);
+    return status;
+}
+
+enum vw_status vw_params_settle(const struct vw_options *options, const char *device, struct vw_scene_params *scene,
+                                struct vw_config *config) {
+    const struct vw_training_choice_params params = {.accuracy = options->accuracy,
+                                                     .explicit_fields = list_explicit_fields(options),
+                                                     .lasting = options->lasting.wanted};
+    uint32_t level = 0;
+    *scene = options->scene;
+    *config = options->config;
+    enum vw_status status = options->accuracy ? vw_accuracy_find(options->accuracy, &level) : VW_OK;
+    if (!status && (config->field == VW_FIELD_AUTO || !scene->downscale))
+        status = choose(&params, device, scene, config);
+    if (status || !options->accuracy) return status;
+    vw_accuracy_apply(level, params.explicit_fields, config);
+    return vw_config_check(config);
+}
+
+enum vw_status vw_params_of_experiment(const struct vw_options *options, struct vw_experiment_request *request) {
+    enum vw_status status = vw_device_list_read(options, &request->devices);
+    request->progress.quiet = options->quiet;
+    request->params = (struct vw_experiment_params){
+        .config = &request->config,
+        .devices = vw_device_list_choose(options, &request->devices),
         .out = options->out,
         .seeds = options->seeds,
         .together = options->together,
@@ -132,6 +152,8 @@ struct vw_experiment_params vw_params_of_experiment(const struct vw_options *opt
         .lasting = options->lasting,
         .interrupt = vw_interrupt_watch(),
         .progress = vw_progress_show,
-        .context = progress,
+        .context = &request->progress,
     };
+    return status ? status
+                  : vw_params_settle(options, request->params.devices.first, &request->params.scene, &request->config);
 }

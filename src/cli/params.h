@@ -16,9 +16,6 @@ enum vw_status vw_params_set_memory(const struct vw_options *options);
 // Parses --budget; VW_ERROR_USAGE says what it takes. Without progress.
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params);
 
-// Applies --accuracy to a copy of the config, for trainings that no plan chooses. VW_ERROR_USAGE lists the levels.
-enum vw_status vw_params_take_accuracy(const struct vw_options *options, struct vw_config *config);
-
 enum { VW_DEVICE_NAME_BYTES = 256 }; // as long as a device's name can be
 
 // The devices that --devices names.
@@ -33,9 +30,18 @@ enum vw_status vw_device_list_read(const struct vw_options *options, struct vw_d
 // Returns the devices of the list, or that of --device without a list. The choice borrows from both.
 struct vw_device_choice vw_device_list_choose(const struct vw_options *options, const struct vw_device_list *list);
 
-// Returns the params of the experiment. After this call SIGINT and SIGTERM interrupt the experiment. `devices`: as read
-// from the options. `progress` shows the runs; it begins all zero, and vw_progress_end() ends it.
-struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options,
-                                                    const struct vw_device_list *devices, struct vw_progress *progress);
+// Chooses field and size where the options leave them open, and applies --accuracy. VW_ERROR_USAGE lists the levels.
+enum vw_status vw_params_settle(const struct vw_options *options, const char *device, struct vw_scene_params *scene,
+                                struct vw_config *config);
+
+// The request of an experiment, and what it borrows; all zero before.
+struct vw_experiment_request {
+    struct vw_device_list devices;
+    struct vw_config config;
+    struct vw_progress progress; // shows the runs; vw_progress_end() ends it
+    struct vw_experiment_params params;
+};
+// Makes the params of an experiment from the options. After this call SIGINT and SIGTERM interrupt it.
+enum vw_status vw_params_of_experiment(const struct vw_options *options, struct vw_experiment_request *request);
 
 #endif

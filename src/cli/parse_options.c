@@ -30,10 +30,10 @@ static enum vw_status parse_whole(const struct vw_option *option, const char *te
     char *end = NULL;
     errno = 0;
     unsigned long long parsed = isdigit((unsigned char)text[0]) ? strtoull(text, &end, 10) : 0;
-    bool all = option->all && !strcmp(text, "all");
-    if (!all && (!end || *end || errno || parsed < option->least || parsed > most))
+    bool all = option->all && !strcmp(text, "all"), zero = option->zero && !strcmp(text, option->zero);
+    if (!all && !zero && (!end || *end || errno || parsed < option->least || parsed > most))
         return refuse_number(option, text, option->all ? "\"all\" or a whole number" : "a whole number");
-    *number = all ? most : parsed;
+    *number = all ? most : zero ? 0 : parsed;
     return VW_OK;
 }
 

@@ -45,6 +45,7 @@ struct vw_option {
     size_t offset;            // offset of its field in the options of the program
     bool common;              // shown by --help, not by help COMMAND alone
     bool all;                 // a count that may be "all", which is the largest of its range
+    const char *zero;         // the word for a count of 0, which is not in its range; NULL: none
     uint32_t least, most;     // range of a count that is not in vw_config, which has its own ranges; most 0: none
     const char *default_text; // the default of a text; NULL: none, or not worth a word
     const char *needs;        // option that must be given too, where the command has it; NULL: none

@@ -27,7 +27,8 @@ static const double LEARNING_RATE = 1e-2; // above the default, as so few steps 
 // width told no more of drawn scenes. Samples are those of a default run: without placed ones, all of space is
 // undervalued.
 struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps) {
-    struct vw_config config = vw_config_default; // with a seed of 0: runs of all seeds have the same decisions
+    struct vw_config config =
+        vw_config_of_field(VW_FIELD_HASH); // with a seed of 0: runs of all seeds have the same decisions
     config.loss = planned->loss;
     config.huber_length = planned->huber_length;
     config.background = planned->background;

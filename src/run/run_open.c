@@ -38,14 +38,12 @@ static enum vw_status check_params(const struct vw_run_params *params) {
         (params->accuracy || params->budget_s > 0 || params->payout || params->lasting.wanted))
         status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes accuracy, budget_s, payout and "
                                          "lasting, which need validation: leave them out");
-    if (!status && params->lasting.wanted) status = vw_lasting_check_config(params->config);
     return status;
 }
 
 static enum vw_status copy_params(const struct vw_run_params *params, struct vw_run *run) {
     run->config = params->config ? *params->config : vw_config_default;
     run->out = vw_copy_text(params->out);
-    run->scene_options_json = vw_scene_options_to_json(&params->scene);
     run->resume = params->resume;
     run->validate = !params->train_only;
     run->report = params->report;
@@ -53,12 +51,7 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->progress = params->progress;
     run->context = params->context;
     run->results.statistics = vw_step_statistics_begin();
-    if (!run->out || !run->scene_options_json) return VW_ERROR_MEMORY;
-    if (run->config.initial[0]) {
-        enum vw_status status = vw_splats_begin_from(run->config.initial, &run->config);
-        if (status) return status;
-    }
-    return vw_attribution_read_payout(params->payout, &run->config, &run->payout_cents);
+    return run->out ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // Refuses to begin from the file that the run replaces.
@@ -88,6 +81,46 @@ static enum vw_status name_outputs(struct vw_run *run) {
     if (!status && vw_file_exists(run->results.ledger_path))
         status = vw_ledger_open_to_append(run->results.ledger_path, &run->ledger);
     return status ? status : vw_checkpoints_open(run->out, &run->checkpoints);
+}
+
+// ---- Field and size -------------------------------------------------------------------------------------------------
+
+// Takes what the run in OUT has where the request leaves it open. Returns whether there is such a run.
+static bool take_recorded_choice(struct vw_run *run, struct vw_run_params *params) {
+    struct vw_ledger_run row;
+    struct vw_config recorded;
+    struct vw_scene_params options;
+    json_t *texts = NULL;
+    if (!run->ledger || vw_ledger_get_run(run->ledger, &row) || vw_config_from_json(row.config_json, &recorded) ||
+        vw_scene_options_from_json(row.scene_options_json, &texts, &options))
+        return false; // an imported one is refused later
+    if (run->config.field == VW_FIELD_AUTO) vw_config_take_field(recorded.field, params->explicit_fields, &run->config);
+    if (!params->scene.downscale) params->scene.downscale = options.downscale;
+    json_decref(texts);
+    return true;
+}
+
+// Chooses field and size where the request leaves them open; what depends on them is read afterwards. Runs that share a
+// session have both.
+static enum vw_status choose(struct vw_run *run, struct vw_run_params *params) {
+    const struct vw_session_params session = {.devices.first = params->device, .timers = params->profile};
+    bool open = run->config.field == VW_FIELD_AUTO || !params->scene.downscale;
+    enum vw_status status = VW_OK;
+    if (open && run->session == &run->own && !take_recorded_choice(run, params)) {
+        status = vw_session_open_devices(&session, run->session);
+        if (status) return status;
+        const struct vw_training_choice_params choice = {.gpu = run->session->devices[0].gpu,
+                                                         .accuracy = params->accuracy,
+                                                         .explicit_fields = params->explicit_fields,
+                                                         .lasting = params->lasting.wanted};
+        status = vw_training_choose(&choice, &params->scene, &run->config, &run->choice);
+    }
+    if (!status && run->config.initial[0]) status = vw_splats_begin_from(run->config.initial, &run->config);
+    if (!status) status = vw_attribution_read_payout(params->payout, &run->config, &run->payout_cents);
+    if (!status && run->lasting.wanted) status = vw_lasting_check_config(&run->config);
+    params->config = &run->config;
+    run->scene_options_json = status ? NULL : vw_scene_options_to_json(&params->scene);
+    return status || run->scene_options_json ? status : VW_ERROR_MEMORY;
 }
 
 // ---- Effects -------------------------------------------------------------------------------------------------------
@@ -219,13 +252,16 @@ static enum vw_status settle_decay(struct vw_run *run) {
 }
 
 // Locks OUT first; then the plan chooses the config of the trainer.
-static enum vw_status open_run(const struct vw_run_params *params, struct vw_run *run) {
-    const struct vw_session_params session = {
-        .scene = params->scene, .devices.first = params->device, .timers = params->profile};
-    enum vw_status status = copy_params(params, run);
+static enum vw_status open_run(const struct vw_run_params *asked, struct vw_run *run) {
+    struct vw_run_params params = *asked;
+    enum vw_status status = copy_params(&params, run);
     if (!status) status = name_outputs(run);
+    if (!status) status = choose(run, &params);
+    const struct vw_session_params session = {
+        .scene = params.scene, .devices.first = params.device, .timers = params.profile};
     if (!status && run->session == &run->own && run->validate)
-        status = vw_plan_make(params, run->ledger, run->session, &run->config, &run->results.plan);
+        status = vw_plan_make(&params, run->ledger, run->session, &run->config, &run->results.plan);
+    if (!status && !run->ledger) status = vw_plan_note_choice(&run->choice, &run->results.plan);
     if (!status) status = settle_decay(run);
     if (status) return status;
     uint32_t epochs = vw_plan_epochs_most(&run->results.plan, &run->config);

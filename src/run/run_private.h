@@ -8,13 +8,15 @@
 #include "run/checkpoints.h"
 #include "run/ledger_writer.h"
 #include "run/out_folder.h"
+#include "run/plan/training_choice.h"
 #include "run/run.h"
 #include "run/session.h"
 #include "train/trainer.h"
 
 struct vw_run {
     // The request.
-    struct vw_config config;  // its epochs follow a run that keeps a budget
+    struct vw_config config; // its epochs follow a run that keeps a budget
+    struct vw_training_choice choice;
     char *out;                // owned
     char *scene_options_json; // owned
     bool resume, validate;

@@ -156,23 +156,24 @@ static void close_devices(struct vw_session *session) {
     session->device_count = 0;
 }
 
-static enum vw_status open_devices(const struct vw_session_params *params, struct vw_session *session) {
+enum vw_status vw_session_open_devices(const struct vw_session_params *params, struct vw_session *session) {
+    if (session->device_count > 0) return VW_OK;
     enum vw_status status = add_device(params->devices.first, params->timers, session);
     if (!status) status = vw_session_open_others(&params->devices, params->timers, session);
     if (!status && params->timers && !vw_gpu_get_limits(session->devices[0].gpu)->timestamps)
         status = vw_fail(VW_ERROR_USAGE,
                          "--profile: this device has no timestamps; leave it out, or choose another --device");
+    if (status) close_devices(session); // so that a second call opens them anew
     return status;
 }
 
 enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session) {
     if (session->scene) return VW_OK;
-    bool opened = session->device_count > 0;
-    enum vw_status status = opened ? VW_OK : open_devices(params, session);
-    if (status && !opened) close_devices(session); // so that a second call opens them anew
+    enum vw_status status = vw_session_open_devices(params, session);
     struct vw_scene_params scene = params->scene;
+    if (status) return status;
     scene.gpu = session->devices[0].gpu;
-    if (!status) status = vw_scene_open(&scene, &session->scene);
+    status = vw_scene_open(&scene, &session->scene);
     if (!status) log_scene(session->scene);
     return status;
 }

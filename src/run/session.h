@@ -56,6 +56,8 @@ struct vw_session {
     uint32_t effect_count; // 0 until they are decided
 };
 
+// Opens the devices alone, unless they are open.
+enum vw_status vw_session_open_devices(const struct vw_session_params *params, struct vw_session *session);
 // Opens devices and scene, and logs what was found. Does nothing when they are open. VW_ERROR_USAGE names two devices
 // that differ. Close the session also after a failure.
 enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session);

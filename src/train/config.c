@@ -27,6 +27,7 @@ const struct vw_config vw_config_default = {
     .learning_rate_decay = 0.1,
     .beta1 = 0.0,
     .beta2 = 0.99,
+    .field = VW_FIELD_AUTO,
     .mlp_depth = 8,
     .frequencies = 10,
     .levels = 10,
@@ -40,7 +41,7 @@ const struct vw_config vw_config_default = {
     .pilot_steps = VW_PILOT_STEPS_AUTO,
 };
 
-static const char *const field_names[] = {"hash", "mlp", "splats"};
+static const char *const field_names[] = {"hash", "mlp", "splats", "auto"};
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
@@ -65,7 +66,7 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws) {
 }
 
 enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, SPLATS = 1 << VW_FIELD_SPLATS };
-enum { SAMPLED = HASH | MLP, ALL = SAMPLED | SPLATS };
+enum { SAMPLED = HASH | MLP, ALL = SAMPLED | SPLATS, AUTO = 1 << VW_FIELD_AUTO };
 
 #define NUMBER(key, option, kind, least, most, fields, ...)                                                            \
     { #key, option, VW_CONFIG_##kind, offsetof(struct vw_config, key), fields, true, least, most, __VA_ARGS__ }
@@ -156,8 +157,17 @@ struct vw_config vw_config_of_field(enum vw_field of) {
     struct vw_config config = vw_config_default;
     config.field = of;
     for (size_t i = 0; i < VW_ARRAY_COUNT(table); i++)
-        if (table[i].own[of].differs) set(&config, &table[i], table[i].own[of].value);
+        if (of < VW_FIELD_COUNT && table[i].own[of].differs) set(&config, &table[i], table[i].own[of].value);
     return config;
+}
+
+void vw_config_take_field(enum vw_field field, uint64_t explicit_fields, struct vw_config *config) {
+    const struct vw_config of_field = vw_config_of_field(field);
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(table); i++)
+        if (!(explicit_fields >> i & 1) &&
+            vw_config_get(config, &table[i]) == vw_config_get(&vw_config_default, &table[i]))
+            vw_config_copy(&of_field, &table[i], config);
+    config->field = field;
 }
 
 static bool fits(const struct vw_config *config, const struct vw_config_field *field) {
@@ -180,7 +190,7 @@ void vw_config_describe_range(const struct vw_config_field *field, char text[VW_
 // Refuses a value that only other values of --field have.
 static enum vw_status check_has(const struct vw_config *config, const struct vw_config *defaults,
                                 const struct vw_config_field *field) {
-    if (field->fields >> config->field & 1 || vw_config_get(config, field) == vw_config_get(defaults, field))
+    if ((field->fields | AUTO) >> config->field & 1 || vw_config_get(config, field) == vw_config_get(defaults, field))
         return VW_OK;
     char names[32] = "";
     for (uint32_t i = 0; i < VW_FIELD_COUNT; i++)
@@ -211,7 +221,8 @@ static enum vw_status check_together(const struct vw_config *config) {
                        finest);
     if (config->field == VW_FIELD_HASH && config->width != 16 && config->width != 32 && config->width != 64)
         return vw_fail(VW_ERROR_USAGE, "--width: 16, 32 or 64 with --field hash, not %u", config->width);
-    if (config->coarse_network == VW_COARSE_NETWORK_OWN && config->field != VW_FIELD_MLP)
+    if (config->coarse_network == VW_COARSE_NETWORK_OWN && config->field != VW_FIELD_MLP &&
+        config->field != VW_FIELD_AUTO)
         return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not %s; use --coarse-network shared",
                        vw_field_name(config->field));
     if (config->coarse_network == VW_COARSE_NETWORK_OWN && !config->importance_samples)
@@ -227,7 +238,7 @@ static enum vw_status check_together(const struct vw_config *config) {
     uint32_t square = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
     if (config->field == VW_FIELD_SPLATS && config->rays % square != 0)
         return vw_fail(VW_ERROR_USAGE, "--rays: a multiple of %u with --field splats, not %u", square, config->rays);
-    if (config->field != VW_FIELD_SPLATS && config->initial[0])
+    if (config->field != VW_FIELD_SPLATS && config->field != VW_FIELD_AUTO && config->initial[0])
         return vw_fail(VW_ERROR_USAGE, "--initial: needs --field splats");
     return VW_OK;
 }
@@ -364,6 +375,7 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     if (!status) status = initial_from_json(object, &parsed);
     json_decref(object);
     if (!status) status = vw_config_check(&parsed);
+    if (!status && parsed.field == VW_FIELD_AUTO) status = vw_fail(VW_ERROR_INPUT, "config: field: none is chosen");
     if (!status) *config = parsed;
     return status;
 }

@@ -203,6 +203,8 @@ static bool draws_on_device(const struct vw_trainer *trainer, const struct vw_tr
 
 static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     enum vw_status status = vw_config_check(&trainer->config);
+    if (!status && trainer->config.field == VW_FIELD_AUTO)
+        status = vw_fail(VW_ERROR_USAGE, "--field: none is chosen; give hash, mlp or splats");
     if (!status) status = take_effects(trainer, params);
     if (!status) status = choose_views(trainer, params);
     if (!status) status = create_field(trainer, params);

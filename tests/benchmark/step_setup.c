@@ -23,7 +23,7 @@ enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kin
 
 static void choose_yardstick(struct setup *setup) {
     struct vw_config *config = &setup->config;
-    *config = vw_config_default;
+    *config = vw_config_of_field(VW_FIELD_HASH);
     config->epochs = 1000000;
     config->rays = 500, config->samples = 32, config->importance_samples = 0, config->val_rays = 2048;
     config->loss = VW_LOSS_L2;
@@ -46,7 +46,7 @@ static void choose_yardstick(struct setup *setup) {
 
 // Sets what a run does unless told otherwise.
 static void choose_run_defaults(struct setup *setup) {
-    setup->config = vw_config_default;
+    setup->config = vw_config_of_field(VW_FIELD_HASH);
     setup->config.epochs = 1000000;
 }
 

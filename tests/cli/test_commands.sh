@@ -49,7 +49,8 @@ check "and says where the others are" helps 'help value lists all options \([0-9
 check "help fits a terminal of 80 columns" test "$("$program" help value | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80
 check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 250, with --field splats 3072\)\.' help value
 check "help shows ranges with gaps" helps '--width N [^-]*\(a multiple of 8, 16 to 512; default 32, .*256\)\.' help train
-check "help shows ranges outside the config" helps '--downscale N [^-]*\(1 to 64; default 1\)\.' info
+check "help shows ranges outside the config" helps '--downscale auto\|N [^-]*\(1 to 64; default auto\)\.' info
+check "help shows what is chosen" helps '--field hash\|mlp\|splats\|auto [^-]*\(default auto\)\.' help value
 check "help shows what keeps the splits" helps '--splits FILE The splits.json of an earlier run' info
 check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l2\)\.' help value
 for words in help -h; do
@@ -105,7 +106,7 @@ check "info tells in words what commands cost" says '^worth --retrainings 64 +64
 check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j ->> '\$.splits.train' = 12 AND j ->> '\$.splits.val' = 2
     AND json_array_length(j, '\$.cameras') = 1 AND j ->> '\$.bounds.half_extent_world' = 1 AND json_array_length(j, '\$.effects') >= 2
     AND (SELECT min(json_type(value, '\$.called_for') IN ('true', 'false') AND json_type(value, '\$.evidence') IS NOT NULL
-        AND json_type(value, '\$.threshold') IS NOT NULL) FROM json_each(j, '\$.effects'))" "$program" info "$scene" --pilot-steps 0 --json
+        AND json_type(value, '\$.threshold') IS NOT NULL) FROM json_each(j, '\$.effects'))" "$program" info "$scene" --field hash --pilot-steps 0 --json
 mv "$folder/answer.json" "$folder/info.json"
 check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
     AND j ->> '\$.estimate.steps' = 576 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0

@@ -88,7 +88,7 @@ TEST(a_bright_sky_is_measured) {
 
 // If no further effect surely gains, those that seem to are tried once more, with twice the steps.
 TEST(doubts_take_longer_pilots) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = vw_config_of_field(VW_FIELD_HASH);
     decide(open_recipe("table.json"), &config);
     assert_non_null(strstr(decision_on("sky")->measured_on, "2 x 256 steps"));
     assert_non_null(strstr(decision_on("unbounded")->measured_on, "2 x 512 steps"));
@@ -198,7 +198,7 @@ FOLDER_TEST(photos_held_out_tell_exposures) {
     } cases[] = {{"tower.json", "+sky,-unbounded,-wide_box", true},
                  {"clean.json", "-sky,-unbounded,-wide_box", false},
                  {"cutout.json", "-sky,-unbounded,-wide_box", true}};
-    struct vw_config config = vw_config_default;
+    struct vw_config config = vw_config_of_field(VW_FIELD_HASH);
     config.pilot_steps = 256;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         strcpy(config.effects, cases[i].effects);
@@ -350,7 +350,7 @@ TEST(pilots_are_of_the_hash_grid) {
 // steps.
 TEST(pilots_keep_to_a_tenth) {
     struct vw_scene *scene = open_recipe("clean.json");
-    struct vw_config config = vw_config_default;
+    struct vw_config config = vw_config_of_field(VW_FIELD_HASH);
     const uint32_t photos = scene->split_count[VW_SPLIT_TRAIN];
     assert_int_equal(vw_pilot_steps(scene, &config), 256);
     config.epochs = 10000 / photos;

@@ -128,7 +128,7 @@ static enum vw_status name_run(const struct synthetic *run, struct vw_ledger_run
 
 static enum vw_status write_run(const char *path, const struct synthetic *run, bool hostile) {
     char subset[VW_HASH_HEX_BYTES], run_id[VW_HASH_HEX_BYTES];
-    struct vw_config config = vw_config_default;
+    struct vw_config config = vw_config_of_field(VW_FIELD_HASH);
     config.epochs = run->epochs;
     config.seed = SEED;
     char *config_json = vw_config_to_json(&config, false);

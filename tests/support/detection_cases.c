@@ -178,7 +178,7 @@ static uint32_t evaluate(const struct vw_effect_decision *decision, bool ground_
 }
 
 void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = vw_config_of_field(VW_FIELD_HASH);
     if (!pilots) config.pilot_steps = 0;
     struct confusion confusions[VW_EFFECT_COUNT_MAX];
     struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];

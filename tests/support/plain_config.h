@@ -5,7 +5,7 @@
 #include "viewworth/train.h"
 
 static inline struct vw_config plain_config(void) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = vw_config_of_field(VW_FIELD_HASH);
     config.importance_samples = 0;
     config.learning_rate = 3e-3;
     config.learning_rate_decay = 1.0;

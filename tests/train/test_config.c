@@ -57,19 +57,21 @@ TEST(settings_survive_json) {
 }
 
 TEST(choices_have_their_names) {
+    const struct vw_config hash = vw_config_of_field(VW_FIELD_HASH);
     const struct vw_config config =
-        config_with(&vw_config_default, "'field':'mlp','importance_samples':8,'coarse_network':'own','loss':'huber',"
-                                        "'optimizer':'dense-adam','background':'random','vary':'init'");
+        config_with(&hash, "'field':'mlp','importance_samples':8,'coarse_network':'own','loss':'huber',"
+                           "'optimizer':'dense-adam','background':'random','vary':'init'");
     assert_int_equal(config.field, VW_FIELD_MLP);
     assert_int_equal(config.coarse_network, VW_COARSE_NETWORK_OWN);
     assert_int_equal(config.loss, VW_LOSS_HUBER);
     assert_int_equal(config.optimizer, VW_OPTIMIZER_DENSE_ADAM);
     assert_int_equal(config.background, VW_BACKGROUND_RANDOM);
     assert_int_equal(config.vary, VW_VARY_INIT);
-    assert_int_equal(config_with(&vw_config_default, "'vary':'all,validation'").vary, VW_VARY_ALL_VALIDATION);
+    assert_int_equal(config_with(&hash, "'vary':'all,validation'").vary, VW_VARY_ALL_VALIDATION);
 }
 
 TEST(defaults_are_in_the_identity) {
+    const struct vw_config hash = vw_config_of_field(VW_FIELD_HASH);
     static const char *const parts[] = {"\"vary\":\"all\"",
                                         "\"base_seed\":0",
                                         "\"huber_length\":0.1",
@@ -80,14 +82,15 @@ TEST(defaults_are_in_the_identity) {
                                         "\"field\":\"hash\"",
                                         "\"splats\":0",
                                         "\"harmonics\":1"};
-    AUTO_FREE char *json = vw_config_to_json(&vw_config_default, true);
+    AUTO_FREE char *json = vw_config_to_json(&hash, true);
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
         if (!strstr(json, parts[i])) fail_msg("%s lacks %s", json, parts[i]);
 }
 
 // Otherwise a run may be extended.
 TEST(the_planned_epochs_count_where_the_rate_decays) {
-    struct vw_config config = config_with(&vw_config_default, "'learning_rate_decay':0.05"), longer = config;
+    const struct vw_config hash = vw_config_of_field(VW_FIELD_HASH);
+    struct vw_config config = config_with(&hash, "'learning_rate_decay':0.05"), longer = config;
     longer.epochs++;
     assert_false(same_identity(&config, &longer));
     longer.decay_epochs = config.epochs; // it is what counts, once it is settled
@@ -100,7 +103,8 @@ TEST(the_planned_epochs_count_where_the_rate_decays) {
 
 // Half as many photos take twice the epochs for as many steps, over which the rate falls as before.
 TEST(a_decay_keeps_its_share_of_the_epochs) {
-    struct vw_config config = config_with(&vw_config_default, "'epochs':10,'decay_epochs':8");
+    const struct vw_config hash = vw_config_of_field(VW_FIELD_HASH);
+    struct vw_config config = config_with(&hash, "'epochs':10,'decay_epochs':8");
     vw_config_set_epochs(&config, 20);
     assert_int_equal(config.epochs, 20);
     assert_int_equal(config.decay_epochs, 16);
@@ -110,6 +114,7 @@ TEST(a_decay_keeps_its_share_of_the_epochs) {
 }
 
 TEST(what_cannot_be_is_refused_by_name) {
+    const struct vw_config hash = vw_config_of_field(VW_FIELD_HASH);
     static const struct {
         const char *settings, *message;
     } cases[] = {
@@ -142,13 +147,12 @@ TEST(what_cannot_be_is_refused_by_name) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config;
-        AUTO_FREE char *json = config_json_with(&vw_config_default, cases[i].settings);
+        AUTO_FREE char *json = config_json_with(&hash, cases[i].settings);
         enum vw_status status = vw_config_from_json(json, &config);
         ASSERT_FAILS(status, strstr(cases[i].message, "known") ? VW_ERROR_INPUT : VW_ERROR_USAGE, cases[i].message);
         assert_null(strchr(vw_error_message(), '\n'));
     }
-    struct vw_config seed = vw_config_default, base = config_with(&vw_config_default, "'vary':'order'"),
-                     rate = vw_config_default;
+    struct vw_config seed = hash, base = config_with(&hash, "'vary':'order'"), rate = hash;
     seed.seed = UINT64_C(1) << 63; // JSON has no such numbers
     base.base_seed = UINT64_MAX;
     rate.learning_rate = NAN;
@@ -158,11 +162,28 @@ TEST(what_cannot_be_is_refused_by_name) {
 }
 
 TEST(a_seed_is_of_the_draws_that_vary) {
-    const struct vw_config all = config_with(&vw_config_default, "'seed':5"),
-                           order = config_with(&vw_config_default, "'seed':6,'vary':'order','base_seed':5");
+    const struct vw_config hash = vw_config_of_field(VW_FIELD_HASH);
+    const struct vw_config all = config_with(&hash, "'seed':5"),
+                           order = config_with(&hash, "'seed':6,'vary':'order','base_seed':5");
     for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++) {
         assert_int_equal(vw_config_seed_of(&all, draws), 5);
         assert_int_equal(vw_config_seed_of(&order, draws), draws == VW_VARY_ORDER ? 6 : 5);
     }
     assert_int_equal(vw_config_seed_of(&all, VW_VARY_VALIDATION), 0); // all runs validate on the same pixels
+}
+
+TEST(a_config_without_a_field_takes_one) {
+    struct vw_config config = vw_config_default;
+    AUTO_FREE char *json = vw_config_to_json(&config, false);
+    ASSERT_OK(vw_config_check(&config));
+    ASSERT_FAILS(vw_config_from_json(json, &config), VW_ERROR_INPUT, "config: field: none is chosen");
+    config.seed = 7;
+    config.epochs = 5;
+    vw_config_take_field(VW_FIELD_SPLATS, vw_config_explicit("harmonics") | vw_config_explicit("val-rays"), &config);
+    struct vw_config expected = vw_config_of_field(VW_FIELD_SPLATS);
+    expected.seed = 7;
+    expected.epochs = 5;                            // differs from the default
+    expected.val_rays = vw_config_default.val_rays; // is explicit
+    assert_int_equal(config.val_rays, expected.val_rays);
+    assert_true(same_identity(&config, &expected) && config.epochs == 5);
 }

@@ -55,7 +55,7 @@ enum { VIEWS = 9, EPOCHS = 40 };
 static struct vw_photo_order make_schedule(const uint32_t *left_out, uint32_t count, enum vw_status expected) {
     static const uint32_t views[VIEWS] = {1, 2, 4, 5, 7, 8, 9, 11, 12};
     const struct vw_scene scene = {.view_count = 13};
-    struct vw_config config = vw_config_default;
+    struct vw_config config = vw_config_of_field(VW_FIELD_HASH);
     struct vw_photo_order photo_order;
     config.epochs = EPOCHS;
     config.seed = 5;

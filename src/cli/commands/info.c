@@ -3,6 +3,7 @@
 
 #include "cli/commands/commands.h"
 #include "cli/output/results.h"
+#include "cli/params.h"
 #include "detect/decide.h"
 #include "experiment/experiment.h"
 #include "run/session.h"
@@ -19,10 +20,12 @@ static enum vw_status open_device(const struct vw_options *options, struct vw_gp
 }
 
 // Opens the scene with its pixels: they contain the evidence for effects, and a device makes those of a recipe.
-static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {
-    struct vw_scene_params params = options->scene;
+static enum vw_status open_scene(const struct vw_options *options, struct vw_config *config, struct vw_gpu **gpu,
+                                 struct vw_scene **scene) {
+    struct vw_scene_params params;
+    enum vw_status status = vw_params_settle(options, options->device, &params, config);
     params.headers_only = true;
-    enum vw_status status = vw_scene_open(&params, scene);
+    if (!status) status = vw_scene_open(&params, scene);
     bool recipe = !status && strcmp((*scene)->format, "recipe") == 0;
     vw_scene_close(scene);
     if (recipe) status = vw_open_gpu(options->device, false, gpu);
@@ -32,16 +35,17 @@ static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu
 }
 
 enum vw_status vw_command_info(const struct vw_options *options) {
+    struct vw_config config;
     struct vw_gpu *gpu = NULL;
     struct vw_scene *scene = NULL;
     struct vw_scene_info info = {0};
-    enum vw_status status = open_scene(options, &gpu, &scene);
+    enum vw_status status = open_scene(options, &config, &gpu, &scene);
     if (!status && scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
     if (!status) status = open_device(options, &gpu, &info.estimate);
-    if (!status) status = vw_effects_decide_cached(gpu, scene, &options->config, info.effects, &info.effect_count);
-    if (!status) vw_estimate_run(&options->config, scene, gpu, info.effects, info.effect_count, &info.estimate);
+    if (!status) status = vw_effects_decide_cached(gpu, scene, &config, info.effects, &info.effect_count);
+    if (!status) vw_estimate_run(&config, scene, gpu, info.effects, info.effect_count, &info.estimate);
     if (!status && !*info.estimate.missing)
-        status = vw_prices_estimate(&options->config, scene, gpu, info.effects, info.effect_count, info.prices);
+        status = vw_prices_estimate(&config, scene, gpu, info.effects, info.effect_count, info.prices);
     info.scene = scene;
     if (!status) status = vw_scene_info_print(&info, options->json);
     vw_scene_close(&scene);

@@ -92,7 +92,8 @@ static void print_scene_options(const struct selection_job *job) {
     static const char *const known[] = {"downscale", "providers", "val-weights", "format", "pool", "val", "test"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(known); i++) {
         const json_t *value = json_object_get(job->run.scene_options, known[i]);
-        if (value) vw_print(" --%s", known[i]);
+        if (value || i == 0) vw_print(" --%s", known[i]);
+        if (!value && i == 0) vw_print(" 1"); // the size is not to be chosen anew
         if (json_is_integer(value)) vw_print(" %" JSON_INTEGER_FORMAT, json_integer_value(value));
         else if (value) vw_print_shell_path(json_string_value(value) ? json_string_value(value) : "");
     }
@@ -110,7 +111,7 @@ static void print_next(const struct selection_job *job) {
     vw_print(" --train");
     vw_print_shell_path(job->options->to);
     print_scene_options(job);
-    if (config->field != vw_config_default.field) vw_print(" --field %s", vw_field_name(config->field));
+    vw_print(" --field %s", vw_field_name(config->field));
     vw_print(" --out ANOTHER\n");
 }
 

@@ -4,18 +4,16 @@
 #include "cli/params.h"
 
 enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_follower *follower) {
-    struct vw_progress progress = {0};
-    struct vw_device_list devices;
-    enum vw_status status = vw_device_list_read(options, &devices);
-    struct vw_sweep_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
-                                     .follower = follower};
-    if (!status && options->seeds < 2)
-        status = vw_fail(VW_ERROR_USAGE, "tradeoff: agreement between seeds needs two --seeds or more");
+    struct vw_experiment_request request = {0};
+    if (options->seeds < 2)
+        return vw_fail(VW_ERROR_USAGE, "tradeoff: agreement between seeds needs two --seeds or more");
+    enum vw_status status = vw_params_of_experiment(options, &request);
+    struct vw_sweep_params params = {.common = request.params, .follower = follower};
     if (!status) status = vw_sweep_parameters_parse(options->parameters, &params.parameters);
     if (status) return status;
     struct vw_sweep sweep;
     status = vw_sweep_make(&params, &sweep);
-    vw_progress_end(&progress);
+    vw_progress_end(&request.progress);
     if (!status) status = vw_sweep_print(&sweep, options->json);
     vw_sweep_free(&sweep);
     return status;

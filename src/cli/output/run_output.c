@@ -142,7 +142,7 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     print_agreement(agreement);
     print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
-    if (results->plan.record) print_plan(&results->plan, results->config);
+    if (vw_plan_has_level(&results->plan)) print_plan(&results->plan, results->config);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps%s\n",
              results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps,
              vw_scene_has_weights(results->scene) ? ", means weighted by photo" : "");
@@ -177,7 +177,7 @@ static void add_values(const struct vw_run_results *results, const struct vw_ran
                 vw_verdict_to_json(&results->outputs.results.reconstruction, &results->outputs.results.agreement));
     add_validation_views(results->scene, &results->outputs, root);
     if (results->lasting.pass.step_count) vw_json_set(root, "lasting", vw_lasting_to_json(&results->lasting));
-    if (results->plan.record) add_plan(&results->plan, results->config, root);
+    if (vw_plan_has_level(&results->plan)) add_plan(&results->plan, results->config, root);
 }
 
 // Returns the results; without a table those of a run that trained only.
@@ -188,6 +188,7 @@ static json_t *run_to_json(const struct vw_run_results *results, const struct vw
                              vw_effects_to_json(results->effects, results->effect_count), "ledger",
                              results->ledger_path, "field", results->field_path, "head", results->head);
     if (results->outputs.has_splats) vw_json_set(&root, "splats", vw_json_string(results->splats_path));
+    if (results->plan.record) vw_json_set(&root, "plan", json_incref(results->plan.record));
     if (results->pass_count) vw_json_set(&root, "profile", profile_to_json(results));
     if (ranking) add_values(results, ranking, &root);
     else vw_json_set(&root, "reconstruction", vw_reconstruction_to_json(&results->outputs.results.reconstruction));

@@ -53,10 +53,9 @@ static enum vw_status read_worths(const struct vw_lab_options *options, struct v
 
 enum vw_status vw_lab_benchmark(const struct vw_options *options) {
     const struct vw_lab_options *lab = vw_lab_options(options);
-    struct vw_progress progress = {0};
-    struct vw_device_list devices;
-    enum vw_status status = vw_device_list_read(options, &devices);
-    struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
+    struct vw_experiment_request request = {0};
+    enum vw_status status = vw_params_of_experiment(options, &request);
+    struct vw_benchmark_params params = {.common = request.params,
                                          .evaluated = lab->evaluated,
                                          .retraining_seeds = lab->retraining_seeds,
                                          .equal = options->equal,
@@ -68,7 +67,7 @@ enum vw_status vw_lab_benchmark(const struct vw_options *options) {
     if (!status) status = read_worths(lab, &params);
     params.common.seeds = lab->valued_seeds;
     if (!status) status = vw_benchmark_make(&params, &benchmark);
-    vw_progress_end(&progress);
+    vw_progress_end(&request.progress);
     if (!status) status = vw_benchmark_print(&benchmark, options->json);
     vw_benchmark_free(&benchmark);
     return status;

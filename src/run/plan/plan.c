@@ -368,7 +368,7 @@ static enum vw_status take_recorded(const struct vw_run_params *params, struct v
     if (!status) status = read_record(run.plan_json, plan);
     if (!status) status = check_same_choice(params, plan);
     if (!status && json_object_size(plan->record) == 0) vw_plan_free(plan); // nothing was chosen
-    else if (!status) status = take_recorded_config(params, &run, config);
+    else if (!status && vw_plan_has_level(plan)) status = take_recorded_config(params, &run, config);
     uint64_t rows = status ? 0 : vw_ledger_next_step(ledger);
     if (!status && plan->record) continue_plan(params, rows > 0 ? rows - 1 : 0, plan);
     return status;
@@ -383,6 +383,16 @@ enum vw_status vw_plan_make(const struct vw_run_params *params, struct vw_ledger
     if (params->budget_s > 0) return choose_budget(params, session, config, plan);
     return params->accuracy ? choose_level(params, config, plan) : VW_OK;
 }
+
+enum vw_status vw_plan_note_choice(const struct vw_training_choice *choice, struct vw_plan *plan) {
+    json_t *record = plan->record ? plan->record : json_object();
+    if (*choice->field) vw_json_set(&record, "field", vw_json_string(choice->field));
+    if (*choice->size) vw_json_set(&record, "size", vw_json_string(choice->size));
+    free(plan->json);
+    return write_record(plan, record);
+}
+
+bool vw_plan_has_level(const struct vw_plan *plan) { return plan->record && text_of(plan->record, "accuracy"); }
 
 void vw_plan_free(struct vw_plan *plan) {
     json_decref(plan->record);

@@ -1,7 +1,8 @@
 // The accuracy level and the epochs that a run chooses before it trains, and the memory and time that it needs,
 // estimated from its first steps.
 //
-// run.plan_json of the ledger contains the choice: accuracy (the name of the level), trade_off (one line), and with a
+// run.plan_json of the ledger contains the choice: field and size (a line each, training_choice.h), where a level was
+// asked for accuracy (its name) and trade_off (one line), and with a
 // budget budget_s, step_s (seconds that a step was measured to take), epochs_planned and epochs_most. A resumed run
 // keeps the recorded level, does not measure again, and counts recorded steps times step_s as time already spent.
 // Timing chooses the level and the number of epochs; every step stays deterministic.
@@ -12,6 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "run/plan/training_choice.h"
 #include "run/session.h"
 #include "train/trainer.h"
 #include "viewworth/gpu.h"
@@ -56,7 +58,12 @@ struct vw_plan {
 // the recorded choice, and where the time is too short.
 enum vw_status vw_plan_make(const struct vw_run_params *params, struct vw_ledger *recorded, struct vw_session *session,
                             struct vw_config *config, struct vw_plan *plan);
+// Adds what was chosen of field and size.
+enum vw_status vw_plan_note_choice(const struct vw_training_choice *choice, struct vw_plan *plan);
 void vw_plan_free(struct vw_plan *plan);
+
+// Returns whether the run has an accuracy level.
+bool vw_plan_has_level(const struct vw_plan *plan);
 
 // Returns whether the run ends by the clock.
 bool vw_plan_keeps_time(const struct vw_plan *plan);

@@ -208,6 +208,15 @@ bool vw_effect_works_with(const struct vw_effect *effect, enum vw_field field) {
     return effect->renderers & vw_renderer_of(field);
 }
 
+bool vw_effects_suit(const char *choice, enum vw_field field) {
+    struct vw_word word;
+    while (vw_word_list_next(&choice, &word)) {
+        int effect = word.text[0] == '-' ? -1 : find_effect(unsigned_word(word));
+        if (effect >= 0 && !vw_effect_works_with(&effects[effect], field)) return false;
+    }
+    return true;
+}
+
 // Leaves a renderer the effects that it can have.
 static enum vw_status follow_renderer(const struct vw_config *config, struct vw_effect_decision *decisions,
                                       uint32_t count) {

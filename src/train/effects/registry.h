@@ -38,6 +38,8 @@ bool vw_effect_works_with(const struct vw_effect *effect, enum vw_field field);
 // Returns whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is
 // on.
 bool vw_effects_leave_to_evidence(const char *choice);
+// Returns whether a field can have all effects that --effects switches on by name.
+bool vw_effects_suit(const char *choice, enum vw_field field);
 // Returns whether --effects names the effect, with any sign.
 bool vw_effects_names(const char *choice, const char *name);
 

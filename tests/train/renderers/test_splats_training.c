@@ -322,7 +322,7 @@ TEST(settings_that_splats_cannot_have_are_refused_by_name) {
     config.importance_samples = 0;
     config.consistency_weight = 0.001;
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--consistency-weight: needs --field hash or mlp");
-    config = vw_config_default;
+    config = vw_config_of_field(VW_FIELD_HASH);
     config.splats = 10;
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--field splats");
 }

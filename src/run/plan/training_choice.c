@@ -1,0 +1,162 @@
+#include "run/plan/training_choice.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+#include "image/pixel.h"
+#include "run/plan/accuracy_levels.h"
+#include "train/effects/registry.h"
+#include "viewworth/log.h"
+
+enum { POINTS_LEAST = 500, DOWNSCALE_MOST = 64, WHY_BYTES = 200 };
+static const double GPU_PIXELS = 2.1e6; // 1,920 x 1,080 and a little
+
+// ---- The field -----------------------------------------------------------------------------------------------------
+
+// Counts the points that two train photos see: where one does, nothing says how far away they are.
+static uint32_t count_points(const struct vw_scene *scene) {
+    uint32_t count = 0;
+    for (uint32_t p = 0; p < scene->point_count; p++) {
+        const struct vw_track *tracks = scene->tracks + scene->points[p].first_track;
+        uint32_t seen = 0;
+        for (uint32_t t = 0; t < scene->points[p].track_count; t++)
+            seen += scene->views[tracks[t].view].split == VW_SPLIT_TRAIN;
+        count += seen >= 2;
+    }
+    return count;
+}
+
+// Returns whether the config can have the field; if not, `why` says what it lacks.
+static bool can_have(enum vw_field field, const struct vw_training_choice_params *params,
+                     const struct vw_config *config, char why[WHY_BYTES]) {
+    struct vw_config of_field = *config;
+    vw_config_take_field(field, params->explicit_fields, &of_field);
+    bool has_effects = vw_effects_suit(config->effects, field), can = has_effects && !vw_config_check(&of_field);
+    if (!has_effects) snprintf(why, WHY_BYTES, "--effects %.100s", config->effects);
+    else if (!can) snprintf(why, WHY_BYTES, "%.*s", WHY_BYTES - 1, vw_error_message());
+    return can;
+}
+
+// Returns the field; `why` says why it is not another.
+static enum vw_field choose_field(const struct vw_training_choice_params *params, const struct vw_config *config,
+                                  const struct vw_scene *scene, char why[WHY_BYTES]) {
+    char lacks[WHY_BYTES];
+    uint32_t points = count_points(scene);
+    if (!can_have(VW_FIELD_SPLATS, params, config, lacks)) {
+        snprintf(why, WHY_BYTES, "since splats lack %.150s", lacks);
+        return can_have(VW_FIELD_HASH, params, config, lacks) ? VW_FIELD_HASH : VW_FIELD_MLP;
+    }
+    if (!can_have(VW_FIELD_HASH, params, config, lacks)) {
+        snprintf(why, WHY_BYTES, "since a hash grid lacks %.150s", lacks);
+        return VW_FIELD_SPLATS;
+    }
+    if (params->lasting) {
+        snprintf(why, WHY_BYTES, "since splats lack lasting credit");
+        return VW_FIELD_HASH;
+    }
+    bool enough = points >= POINTS_LEAST;
+    if (enough)
+        snprintf(why, WHY_BYTES,
+                 "which begin at the %" PRIu32 " points that train photos share; --field hash: a hash grid", points);
+    else
+        snprintf(why, WHY_BYTES, "since train photos share %" PRIu32 " points, and splats need %d to begin at", points,
+                 POINTS_LEAST);
+    return enough ? VW_FIELD_SPLATS : VW_FIELD_HASH;
+}
+
+// ---- The size ------------------------------------------------------------------------------------------------------
+
+uint32_t vw_training_downscale(enum vw_field field, const char *accuracy, enum vw_gpu_kind device, double pixels) {
+    uint32_t level = 0, downscale = 1;
+    if (vw_accuracy_find(accuracy ? accuracy : vw_accuracy_standard, &level)) return 1;
+    double most = device == VW_GPU_CPU ? vw_accuracy_photo_pixels(level, field) : GPU_PIXELS;
+    while (pixels / downscale / downscale > most && downscale < DOWNSCALE_MOST) downscale++;
+    return downscale;
+}
+
+// Finds the train photo in the middle by its number of pixels.
+static enum vw_status find_middle(const struct vw_scene *scene, double *pixels, struct vw_camera *middle) {
+    double *sizes = vw_allocate(scene->view_count, sizeof *sizes);
+    uint32_t count = 0;
+    if (!sizes) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_TRAIN)
+            sizes[count++] = (double)scene->views[v].camera.width_px * scene->views[v].camera.height_px;
+    *pixels = count ? vw_median(sizes, count) : 0;
+    free(sizes);
+    double nearest = INFINITY;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_camera *camera = &scene->views[v].camera;
+        double away = fabs((double)camera->width_px * camera->height_px - *pixels);
+        if (scene->views[v].split != VW_SPLIT_TRAIN || away >= nearest) continue;
+        nearest = away;
+        *middle = *camera;
+    }
+    return VW_OK;
+}
+
+static enum vw_status choose_size(const struct vw_training_choice_params *params, enum vw_field field,
+                                  const struct vw_scene *scene, uint32_t *downscale, char *line, size_t line_bytes) {
+    static const char *const shares[] = {"", "", "half", "a third", "a quarter", "a fifth", "a sixth"};
+    double pixels = 0;
+    struct vw_camera middle = {0};
+    enum vw_status status = find_middle(scene, &pixels, &middle);
+    if (status) return status;
+    enum vw_gpu_kind device = params->gpu ? vw_gpu_get_info(params->gpu)->kind : VW_GPU_CPU;
+    *downscale = vw_training_downscale(field, params->accuracy, device, pixels);
+    uint32_t width_px = vw_downscaled_px(middle.width_px, *downscale),
+             height_px = vw_downscaled_px(middle.height_px, *downscale);
+    char share[16] = "";
+    snprintf(share, sizeof share, "1/%" PRIu32, *downscale);
+    if (*downscale == 1)
+        snprintf(line, line_bytes, "%" PRIu32 " x %" PRIu32 ", as the photos are stored", width_px, height_px);
+    else
+        snprintf(line, line_bytes,
+                 "%" PRIu32 " x %" PRIu32
+                 ", %s of the photos' sides; as good a training at --downscale 1 takes about %" PRIu32 " times as long",
+                 width_px, height_px, *downscale < VW_ARRAY_COUNT(shares) ? shares[*downscale] : share,
+                 *downscale * *downscale);
+    return VW_OK;
+}
+
+// ---- Both ----------------------------------------------------------------------------------------------------------
+
+// Opens the scene as its photos are stored; what it says of cameras and points is enough. Those of a recipe are traced.
+static enum vw_status open_stored(const struct vw_scene_params *asked, struct vw_gpu *gpu, struct vw_scene **scene) {
+    struct vw_scene_params stored = *asked;
+    stored.headers_only = true;
+    stored.downscale = 1;
+    stored.corrupt = 0;
+    enum vw_status status = vw_scene_open(&stored, scene);
+    if (status || !gpu || strcmp((*scene)->format, "recipe") != 0) return status;
+    vw_scene_close(scene);
+    stored.headers_only = false;
+    stored.gpu = gpu;
+    return vw_scene_open(&stored, scene);
+}
+
+enum vw_status vw_training_choose(const struct vw_training_choice_params *params, struct vw_scene_params *scene,
+                                  struct vw_config *config, struct vw_training_choice *choice) {
+    *choice = (struct vw_training_choice){0};
+    if (config->field != VW_FIELD_AUTO && scene->downscale) return VW_OK;
+    struct vw_scene *opened = NULL;
+    enum vw_status status = open_stored(scene, params->gpu, &opened);
+    if (!status && config->field == VW_FIELD_AUTO) {
+        char why[WHY_BYTES];
+        vw_config_take_field(choose_field(params, config, opened, why), params->explicit_fields, config);
+        snprintf(choice->field, sizeof choice->field, "%s, %s", vw_field_name(config->field), why);
+        vw_log_info("field    %s", choice->field);
+        status = vw_config_check(config);
+    }
+    if (!status && !scene->downscale) {
+        status = choose_size(params, config->field, opened, &scene->downscale, choice->size, sizeof choice->size);
+        if (!status) vw_log_info("size     %s", choice->size);
+    }
+    vw_scene_close(&opened);
+    return status;
+}
