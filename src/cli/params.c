@@ -34,7 +34,7 @@ enum vw_status vw_params_set_memory(const struct vw_options *options) {
     return vw_fail(VW_ERROR_USAGE, "--memory takes a size above 0 with its unit, as 4GB or 512MiB, not \"%s\"", text);
 }
 
-static uint64_t list_explicit_fields(const struct vw_options *options) {
+uint64_t vw_params_explicit_fields(const struct vw_options *options) {
     uint64_t fields = 0;
     uint32_t count;
     const struct vw_config_field *field = vw_config_fields(&count);
@@ -51,7 +51,7 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .out = options->out,
         .resume = options->resume,
         .accuracy = options->accuracy,
-        .explicit_fields = list_explicit_fields(options),
+        .explicit_fields = vw_params_explicit_fields(options),
         .payout = options->payout,
         .lasting = options->lasting,
         .report = options->report,
@@ -126,7 +126,7 @@ static enum vw_status choose(const struct vw_training_choice_params *params, con
 enum vw_status vw_params_settle(const struct vw_options *options, const char *device, struct vw_scene_params *scene,
                                 struct vw_config *config) {
     const struct vw_training_choice_params params = {.accuracy = options->accuracy,
-                                                     .explicit_fields = list_explicit_fields(options),
+                                                     .explicit_fields = vw_params_explicit_fields(options),
                                                      .lasting = options->lasting.wanted};
     uint32_t level = 0;
     *scene = options->scene;

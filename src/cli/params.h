@@ -13,6 +13,8 @@
 
 // Parses --memory and obeys it from now on; VW_ERROR_USAGE says what it takes.
 enum vw_status vw_params_set_memory(const struct vw_options *options);
+// Returns the bits (vw_config_explicit) of the config's numbers that the options name.
+uint64_t vw_params_explicit_fields(const struct vw_options *options);
 // Parses --budget; VW_ERROR_USAGE says what it takes. Without progress.
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params);
 

@@ -197,13 +197,14 @@ static enum vw_status price_level(struct vw_trainer_params params, struct vw_lev
     return VW_OK;
 }
 
-enum vw_status vw_prices_estimate(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
+enum vw_status vw_prices_estimate(const struct vw_config *config, uint64_t explicit_fields,
+                                  const struct vw_scene *scene, struct vw_gpu *gpu,
                                   const struct vw_effect_decision *effects, uint32_t effect_count,
                                   struct vw_level_prices prices[VW_PRICED_LEVELS]) {
     enum vw_status status = VW_OK;
     for (uint32_t level = 0; !status && level < VW_PRICED_LEVELS; level++) {
         struct vw_config at_level = *config;
-        vw_accuracy_apply(level, 0, &at_level);
+        vw_accuracy_apply(level, explicit_fields, &at_level);
         prices[level].level = vw_accuracy_level_about(level)->name;
         status = price_level((struct vw_trainer_params){.gpu = gpu,
                                                         .scene = scene,

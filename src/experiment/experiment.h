@@ -67,8 +67,10 @@ struct vw_level_prices {
     double seconds[VW_PRICED_COMMANDS]; // NaN: too few steps to measure, or the level does not fit
 };
 
-// Measures steps of the scene at every level, with the other options of the config, for a second or two each.
-enum vw_status vw_prices_estimate(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
+// Measures steps of the scene at every level, with the other numbers of the config and the explicit ones
+// (vw_config_explicit) that a level would set, for a second or two each.
+enum vw_status vw_prices_estimate(const struct vw_config *config, uint64_t explicit_fields,
+                                  const struct vw_scene *scene, struct vw_gpu *gpu,
                                   const struct vw_effect_decision *effects, uint32_t effect_count,
                                   struct vw_level_prices prices[VW_PRICED_LEVELS]);
 

@@ -45,7 +45,8 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     if (!status) status = vw_effects_decide_cached(gpu, scene, &config, info.effects, &info.effect_count);
     if (!status) vw_estimate_run(&config, scene, gpu, info.effects, info.effect_count, &info.estimate);
     if (!status && !*info.estimate.missing)
-        status = vw_prices_estimate(&config, scene, gpu, info.effects, info.effect_count, info.prices);
+        status = vw_prices_estimate(&config, vw_params_explicit_fields(options), scene, gpu, info.effects,
+                                    info.effect_count, info.prices);
     info.scene = scene;
     if (!status) status = vw_scene_info_print(&info, options->json);
     vw_scene_close(&scene);

@@ -115,11 +115,6 @@ static void print_estimate(const struct vw_estimate *estimate) {
     }
     vw_print("         %.1f MiB on the device for %" PRIu64 " params\n", (double)estimate->device_bytes / 0x1p20,
              estimate->param_count);
-    char time[VW_DURATION_BYTES];
-    if (isnan(estimate->seconds_per_step)) return;
-    vw_text_duration(estimate->seconds_per_step * (double)estimate->steps, time);
-    vw_print("time     about %s for value with these options: %" PRIu64 " steps of %.1f ms (on %s)\n", time,
-             estimate->steps, 1e3 * estimate->seconds_per_step, estimate->device);
 }
 
 // Prints the line of effects and the table of those that anything was measured of.
@@ -260,12 +255,9 @@ static json_t *depths_to_json(const struct description *description) {
 static json_t *estimate_to_json(const struct vw_estimate *estimate) {
     if (*estimate->missing)
         return json_pack("{s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes, "missing", estimate->missing);
-    return json_pack("{s:I, s:I, s:I, s:I, s:o, s:o, s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes,
-                     "device_bytes", (json_int_t)estimate->device_bytes, "params", (json_int_t)estimate->param_count,
-                     "steps", (json_int_t)estimate->steps, "seconds",
-                     vw_json_real(estimate->seconds_per_step * (double)estimate->steps), "seconds_per_step",
-                     vw_json_real(estimate->seconds_per_step), "measured_steps", (json_int_t)estimate->measured_steps,
-                     "device", estimate->device);
+    return json_pack("{s:I, s:I, s:I, s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes, "device_bytes",
+                     (json_int_t)estimate->device_bytes, "params", (json_int_t)estimate->param_count, "steps",
+                     (json_int_t)estimate->steps, "device", estimate->device);
 }
 
 // Returns null without an estimate.
