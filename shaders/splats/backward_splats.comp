@@ -45,7 +45,7 @@ void main() {
     vec3 d_colour = vec3(two.zw, three.x);
     vec4 mean = splats[SPLAT_MEAN * push.stride + splat];
     vw_splat_view view = views[push.first_view];
-    splat_projection p = project(cameras[view.camera], view, mean.xyz, splats[SPLAT_SCALE * push.stride + splat].xyz,
+    splat_projection p = project(cameras[view.camera], view, mean.xyz, splats[SPLAT_SCALE * push.stride + splat],
                                  splats[SPLAT_TURN * push.stride + splat]);
     vec3 conic = conic_of(p);
     vec2 d_centre = vec2(conic.x * one.y + conic.y * one.z, conic.y * one.y + conic.z * one.z);

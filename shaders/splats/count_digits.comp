@@ -1,6 +1,6 @@
 // Counts of each digit in each block.
 #include "splats/radix_sort.glsl"
-layout(local_size_x_id = 97) in;
+layout(local_size_x_id = 95) in;
 
 BUFFER(VW_SLOT_SORT_COUNTS) writeonly buffer Counts { uint counts[]; };
 

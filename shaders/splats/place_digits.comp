@@ -1,7 +1,7 @@
 // Turns counts of digits in blocks into places of their pairs: a prefix sum by one workgroup, each invocation over the
 // blocks of one digit.
 #include "splats/constants.glsl"
-layout(local_size_x_id = 100) in;
+layout(local_size_x_id = 98) in;
 
 BUFFER(VW_SLOT_SORT_COUNTS) buffer Counts { uint counts[]; };
 BUFFER(VW_SLOT_SPLAT_STATE) readonly buffer State { vw_splat_state state; };

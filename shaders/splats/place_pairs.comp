@@ -2,7 +2,7 @@
 // over a run of sightings. Also how many workgroups the passes after it take. More pairs than have room are not listed
 // at all: the step is skipped.
 #include "splats/constants.glsl"
-layout(local_size_x_id = 100) in;
+layout(local_size_x_id = 98) in;
 
 BUFFER(VW_SLOT_SIGHTING_PAIRS) buffer Counts { uint sighting_pairs[]; };
 BUFFER(VW_SLOT_SPLATS_SEEN) writeonly buffer Seen { vw_splat_seen splats_seen[]; };

@@ -12,9 +12,9 @@ PUSH uniform Push { vw_push_splats push; };
 vw_splat_shape shape_of(splat_projection p, float opacity) {
     vw_splat_shape shape;
     vec3 conic = conic_of(p);
-    float seen = p.kept * opacity, rim = log(255.0 * seen);
+    float rim = log(255.0 * opacity);
     shape.centre_conic = vec4(p.centre, conic.xy);
-    shape.conic_depth = vec4(conic.z, seen, p.at.z, p.kept);
+    shape.conic_depth = vec4(conic.z, opacity, p.at.z, 0.0);
     vec2 extent = sqrt(2.0 * (rim + RIM_MARGIN) * p.covariance.xz) * 1.001;
     shape.extent = vec4(min(extent, vec2(1e7)), rim, 0.0);
     return shape;
@@ -29,7 +29,7 @@ void main() {
     if (splat >= push.count) return;
     vec4 mean = splats[SPLAT_MEAN * push.stride + splat];
     float opacity = opacity_of(mean.w);
-    splat_projection p = project(camera, view, mean.xyz, splats[SPLAT_SCALE * push.stride + splat].xyz,
+    splat_projection p = project(camera, view, mean.xyz, splats[SPLAT_SCALE * push.stride + splat],
                                  splats[SPLAT_TURN * push.stride + splat]);
     bool shown = is_shown(p, opacity);
     vw_splat_shape shape = shape_of(p, opacity);

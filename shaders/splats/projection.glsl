@@ -1,14 +1,15 @@
 // The way from a splat to its ellipse on a photo, and back: the local affine approximation of the projection
-// (Zwicker et al., "EWA splatting", 2002), with a low pass (Kerbl et al., 2023). Camera axes here are x right, y down,
+// (Zwicker et al., "EWA splatting", 2002), with a low pass (Yu et al., 2024). Camera axes here are x right, y down,
 // z ahead.
 //   V = J W R S, covariance = V V^T + low pass
-// J is that of the lens at the mean times that of a pinhole.
+// J is that of the lens at the mean times that of a pinhole. S has standard deviations, at least those of the filter.
 #ifndef PROJECTION_GLSL
 #define PROJECTION_GLSL
 #include "splats/constants.glsl"
 #include "splats/lens.glsl"
 
 const float SPLAT_FAR = 1e10;            // box edges from the camera to the farthest splat that it shows
+const float LOW_PASS = 0.1;              // px^2, added to the variance of a splat on the photo
 const float TURN_LEAST = 1e-12;          // squared norm of the shortest quaternion that turns
 const float OPACITY_LEAST = 1.0 / 255.0; // least opacity that is drawn
 const float DETERMINANT_MOST = 1e30;     // px^4: beyond it floats overflow
@@ -44,14 +45,13 @@ struct splat_projection {
     vec4 bends;              // its second derivatives at `slope`
     bool in_reach;           // the lens has an inverse there
     mat3 turn;
-    vec4 unit;  // the quaternion at length 1
-    float norm; // its length
-    vec3 scale;
-    vec3 v0, v1;       // rows of V
-    vec2 centre;       // px
-    vec3 covariance;   // xx, xy, yy
-    float determinant; // determinant of the covariance
-    float kept;        // share of the opacity that the low pass leaves
+    vec4 unit;               // the quaternion at length 1
+    float norm;              // its length
+    vec3 scale, scale_slope; // standard deviations, and their derivatives by the logarithms
+    vec3 v0, v1;             // rows of V
+    vec2 centre;             // px
+    vec3 covariance;         // xx, xy, yy
+    float determinant;       // determinant of the covariance
 };
 
 // Computes what the lens does to the centre, whose place it leaves in focal lengths, and to J.
@@ -71,7 +71,7 @@ void place_in_lens(vw_gpu_camera camera, vw_splat_view view, vec2 slope, inout s
     p.in_reach = dot(slope, slope) <= view.reach * view.reach;
 }
 
-splat_projection project(vw_gpu_camera camera, vw_splat_view view, vec3 mean, vec3 log_scale, vec4 quaternion) {
+splat_projection project(vw_gpu_camera camera, vw_splat_view view, vec3 mean, vec4 log_scale_filter, vec4 quaternion) {
     splat_projection p;
     p.right = camera.right.xyz;
     p.down = -camera.up.xyz;
@@ -92,24 +92,25 @@ splat_projection project(vw_gpu_camera camera, vw_splat_view view, vec3 mean, ve
     p.norm = sqrt(dot(quaternion, quaternion));
     p.unit = quaternion / p.norm;
     p.turn = turn_matrix(p.unit);
-    p.scale = exp(log_scale);
+    vec3 own = exp(log_scale_filter.xyz);
+    p.scale = sqrt(own * own + log_scale_filter.w);
+    p.scale_slope = own * own / max(p.scale, 1e-18); // not 0
     p.v0 = (p.u0 * p.turn) * p.scale;
     p.v1 = (p.u1 * p.turn) * p.scale;
     vec3 across = cross(p.v0, p.v1);
     float sharp = dot(across, across), xx = dot(p.v0, p.v0),
           yy = dot(p.v1, p.v1); // sharp: determinant before the low pass
-    p.covariance = vec3(xx + SPLAT_LOW_PASS, dot(p.v0, p.v1), yy + SPLAT_LOW_PASS);
+    p.covariance = vec3(xx + LOW_PASS, dot(p.v0, p.v1), yy + LOW_PASS);
     // Not as the difference of two products, which a needle makes as large as each other: all terms are positive here.
-    p.determinant = sharp + SPLAT_LOW_PASS * (xx + yy + SPLAT_LOW_PASS);
-    p.kept = SPLAT_ANTIALIASED != 0u ? sqrt(max(sharp / p.determinant, 0.005 * 0.005)) : 1.0;
+    p.determinant = sharp + LOW_PASS * (xx + yy + LOW_PASS);
     return p;
 }
 
 // Says whether a view shows the splat. Every comparison fails for NaN.
 bool is_shown(splat_projection p, float opacity) {
     return p.in_reach && p.at.z >= SPLAT_NEAR && p.at.z <= SPLAT_FAR && p.norm * p.norm >= TURN_LEAST &&
-           p.norm <= 1e15 && p.determinant > 0.0 && p.determinant <= DETERMINANT_MOST &&
-           p.kept * opacity >= OPACITY_LEAST && abs(p.centre.x) <= 1e7 && abs(p.centre.y) <= 1e7;
+           p.norm <= 1e15 && p.determinant > 0.0 && p.determinant <= DETERMINANT_MOST && opacity >= OPACITY_LEAST &&
+           abs(p.centre.x) <= 1e7 && abs(p.centre.y) <= 1e7;
 }
 
 vec3 conic_of(splat_projection p) { return vec3(p.covariance.z, -p.covariance.y, p.covariance.x) / p.determinant; }
@@ -139,7 +140,7 @@ vec3 mean_back(splat_projection p, vec2 d_centre, vec3 d_u0, vec3 d_u1) {
 }
 
 // Goes back from the gradient by centre and inverse covariance. The latter comes as `moment` (xx, xy, yy): minus twice
-// the gradient by that symmetric matrix. The share `kept` is held fixed: its own derivative is unstable.
+// the gradient by that symmetric matrix.
 splat_gradient project_back(splat_projection p, vec2 d_centre, vec3 moment) {
     vec3 conic = conic_of(p);
     mat2 inverse = mat2(conic.x, conic.y, conic.y, conic.z);
@@ -150,7 +151,8 @@ splat_gradient project_back(splat_projection p, vec2 d_centre, vec3 moment) {
     vec3 d_at = mean_back(p, d_centre, d_u0, d_u1);
     splat_gradient g;
     g.mean = p.right * d_at.x + p.down * d_at.y + p.ahead * d_at.z;
-    g.scale = p.scale * vec3(dot(p.turn[0], d_matrix[0]), dot(p.turn[1], d_matrix[1]), dot(p.turn[2], d_matrix[2]));
+    g.scale =
+        p.scale_slope * vec3(dot(p.turn[0], d_matrix[0]), dot(p.turn[1], d_matrix[1]), dot(p.turn[2], d_matrix[2]));
     mat3 d_turn = mat3(d_matrix[0] * p.scale.x, d_matrix[1] * p.scale.y, d_matrix[2] * p.scale.z);
     vec4 along = turn_back(p.unit, d_turn);
     g.turn = (along - p.unit * dot(p.unit, along)) / p.norm;

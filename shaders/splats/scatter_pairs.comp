@@ -1,6 +1,6 @@
 // Moves the pairs of every block to the places of their digits.
 #include "splats/radix_sort.glsl"
-layout(local_size_x_id = 97) in;
+layout(local_size_x_id = 95) in;
 
 BUFFER(VW_SLOT_SORT_COUNTS) readonly buffer Counts { uint counts[]; };
 BUFFER(VW_SLOT_SORT_TO) writeonly buffer To { uvec2 to[]; };

@@ -7,13 +7,11 @@
     X(92, SPLAT_SIDE, side, uint, 8)               /* pixels along a side of a tile */ \
     X(93, SPLAT_LANES, lanes, uint, 1)             /* invocations that share a tile, each of which has as many of its pixels */ \
     X(94, SPLAT_GROUP, group, uint, 8)             /* workgroup of blend_tiles: SPLAT_LANES, or any where these are 1 */ \
-    X(95, SPLAT_ANTIALIASED, antialiased, uint, 0) /* 1: a splat that the low pass widens fades as much */ \
-    X(96, SPLAT_LOW_PASS, low_pass, float, 0.3)    /* px^2, added to the variance of a splat on the photo */ \
-    X(97, SORT_LANES, sort_lanes, uint, 16)        /* workgroup of the sort; each invocation sorts SORT_KEYS pairs */ \
-    X(98, SORT_KEYS, sort_keys, uint, 64) \
-    X(99, SORT_DIGITS, sort_digits, uint, 256)     /* values of a digit: a power of two */ \
-    X(100, PLACE_LANES, place_lanes, uint, 64)     /* workgroup of place_pairs */ \
-    X(101, SSIM_WEIGHT, ssim_weight, float, 0.0)   /* share of the loss that is 1 - SSIM; above 0, compare_windows has run */
+    X(95, SORT_LANES, sort_lanes, uint, 16)        /* workgroup of the sort; each invocation sorts SORT_KEYS pairs */ \
+    X(96, SORT_KEYS, sort_keys, uint, 64) \
+    X(97, SORT_DIGITS, sort_digits, uint, 256)     /* values of a digit: a power of two */ \
+    X(98, PLACE_LANES, place_lanes, uint, 64)      /* workgroup of place_pairs */ \
+    X(99, SSIM_WEIGHT, ssim_weight, float, 0.0)    /* share of the loss that is 1 - SSIM; above 0, compare_windows has run */
 
 #ifndef VULKAN
 #define uint uint32_t
@@ -29,8 +27,8 @@ VW_SPLAT_SPECIALIZATION(VW_CHECK_CONSTANT)
 enum { VW_SPLAT_SPECIALIZATION_COUNT = sizeof(struct vw_splat_specialization) / 4 };
 #endif
 
-// A splat is vec4 columns: mean (box coordinates) and logit of opacity; log scales (box edges), w unused; quaternion w, x, y, z of any
-// length; then rgb of one harmonic each, w unused, (degree + 1)^2 of them.
+// A splat is vec4 columns: mean (box coordinates) and logit of opacity; log scales (box edges) and the variance of its filter, which
+// stays as it began; quaternion w, x, y, z of any length; then rgb of one harmonic each, w unused, (degree + 1)^2 of them.
 VW_ENUM(SPLAT_MEAN, 0)
 VW_ENUM(SPLAT_SCALE, 1)
 VW_ENUM(SPLAT_TURN, 2)
@@ -64,7 +62,7 @@ struct vw_splat_tile {
 
 struct vw_splat_shape {          // on the photo
     vw_float4 centre_conic;      // x, y in px; xx and xy of the inverse covariance
-    vw_float4 conic_depth;       // yy; opacity; depth in box edges; share of the opacity that the low pass leaves
+    vw_float4 conic_depth;       // yy; opacity; depth in box edges; w unused
     vw_float4 extent;            // x, y: half the size in px of the box around all it can colour; z: exponent at its rim
 };
 

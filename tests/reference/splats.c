@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double LOW_PASS = 0.1; // px^2, as Yu et al. have it
 static const double ALPHA_MOST = (double)0.99f, ALPHA_LEAST = 1.0 / 255.0, LEFT_LEAST = 1e-4, NEAR = (double)0.02f;
 
 struct reference_splat_view reference_splat_view_of(const struct vw_gpu_camera *camera,
@@ -25,8 +26,6 @@ struct reference_splat_view reference_splat_view_of(const struct vw_gpu_camera *
         .k = {camera->distortion.x, camera->distortion.y, camera->higher.x, camera->higher.y, camera->higher.z,
               camera->higher.w},
         .p = {camera->distortion.z, camera->distortion.w},
-        .low_pass = 0.3, // px^2, as Kerbl et al. have it
-        .antialiased = s->antialiased,
         .degree = degree,
     };
 }
@@ -40,7 +39,8 @@ static void covariance_of(const double *splat, double covariance[3][3]) {
         for (int i = 0; i < 3; i++) once[i] = q[1 + (i + 1) % 3] * v[(i + 2) % 3] - q[1 + (i + 2) % 3] * v[(i + 1) % 3];
         for (int i = 0; i < 3; i++)
             twice[i] = q[1 + (i + 1) % 3] * once[(i + 2) % 3] - q[1 + (i + 2) % 3] * once[(i + 1) % 3];
-        for (int i = 0; i < 3; i++) m[i][axis] = (v[i] + 2.0 * q[0] * once[i] + 2.0 * twice[i]) * exp(splat[4 + axis]);
+        for (int i = 0; i < 3; i++)
+            m[i][axis] = (v[i] + 2.0 * q[0] * once[i] + 2.0 * twice[i]) * sqrt(exp(2.0 * splat[4 + axis]) + splat[7]);
     }
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) covariance[i][j] = m[i][0] * m[j][0] + m[i][1] * m[j][1] + m[i][2] * m[j][2];
@@ -126,7 +126,7 @@ static void map_of(const struct reference_splat_view *view, const double at[3], 
         }
 }
 
-void reference_splat_project(const struct reference_splat_view *view, const double *splat, double kept,
+void reference_splat_project(const struct reference_splat_view *view, const double *splat,
                              struct reference_splat_shape *shape) {
     double at[3] = {0}, map[2][3], covariance[3][3], flat[2][2] = {{0}}, place[2];
     for (int axis = 0; axis < 3; axis++)
@@ -138,18 +138,14 @@ void reference_splat_project(const struct reference_splat_view *view, const doub
         for (int b = 0; b < 2; b++)
             for (int i = 0; i < 3; i++)
                 for (int j = 0; j < 3; j++) flat[a][b] += map[a][i] * covariance[i][j] * map[b][j];
-    double sharp = flat[0][0] * flat[1][1] - flat[0][1] * flat[0][1];
-    double xx = flat[0][0] + view->low_pass, yy = flat[1][1] + view->low_pass, xy = flat[0][1], det = xx * yy - xy * xy;
+    double xx = flat[0][0] + LOW_PASS, yy = flat[1][1] + LOW_PASS, xy = flat[0][1], det = xx * yy - xy * xy;
     *shape = (struct reference_splat_shape){
         .centre = {view->focal[0] * place[0] + view->middle[0], view->focal[1] * place[1] + view->middle[1]},
         .covariance = {xx, xy, yy},
         .conic = {yy / det, -xy / det, xx / det},
         .depth = at[2],
-        .kept = kept >= 0.0         ? kept
-                : view->antialiased ? sqrt(fmax(sharp / det, 0.005 * 0.005))
-                                    : 1.0,
     };
-    shape->opacity = shape->kept / (1.0 + exp(-splat[3]));
+    shape->opacity = 1.0 / (1.0 + exp(-splat[3]));
     shape->shown = hypot(at[0], at[1]) <= view->reach * at[2] && at[2] >= NEAR && shape->opacity >= ALPHA_LEAST;
     colour_of(view, splat, shape->rgb);
 }

@@ -17,8 +17,6 @@ struct reference_splat_view {
     double reach;           // most of their length that is seen
     bool distorts, fisheye; // the lens
     double k[6], p[2];
-    double low_pass;
-    bool antialiased;
     uint32_t degree;
 };
 struct reference_splat_view reference_splat_view_of(const struct vw_gpu_camera *camera,
@@ -28,11 +26,11 @@ struct reference_splat_view reference_splat_view_of(const struct vw_gpu_camera *
 struct reference_splat_shape {
     bool shown;
     double centre[2], covariance[3], conic[3], depth; // xx, xy, yy
-    double kept, opacity;                             // opacity: with the share that is kept
+    double opacity;
     double rgb[3];
 };
-// Projects a splat. `kept` is the share of its opacity to take, less than 0 for its own.
-void reference_splat_project(const struct reference_splat_view *view, const double *splat, double kept,
+// Projects a splat.
+void reference_splat_project(const struct reference_splat_view *view, const double *splat,
                              struct reference_splat_shape *shape);
 
 // Decisions about a splat at a pixel, which finite differences hold fixed.

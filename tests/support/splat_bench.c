@@ -49,7 +49,7 @@ static void draw_splats(struct splat_bench *bench) {
             for (uint32_t lane = 0; lane < 4; lane++) {
                 double draw = test_draw(setup->seed, splat, 4 * column + lane), value = draw;
                 if (column == SPLAT_MEAN) value = lane < 3 ? 0.5 + 0.45 * draw : (double)setup->logit + 2.0 * draw;
-                if (column == SPLAT_SCALE) value = lane < 3 ? (double)setup->log_scale + draw : 0.0;
+                if (column == SPLAT_SCALE) value = lane < 3 ? (double)setup->log_scale + draw : 5e-5 * (1.0 + draw);
                 if (column >= SPLAT_HARMONICS) value = lane < 3 ? (column == SPLAT_HARMONICS ? draw : 0.4 * draw) : 0.0;
                 *splat_bench_number(bench, splat, column, lane) = (float)value;
             }
@@ -226,7 +226,6 @@ struct splat_bench *splat_bench_open(const struct splat_case *setup) {
                                           .background_blue = 0.4f,
                                           .inverse_rays = 1.0f / 512.0f};
     bench->s = vw_splat_specialise(&run, !setup->as_on_gpus);
-    bench->s.antialiased = setup->antialiased;
     bench->s.ssim_weight = setup->ssim_weight;
     // A column has room for more splats than there are.
     bench->room = (struct vw_splat_room){

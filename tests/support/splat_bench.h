@@ -18,10 +18,9 @@ struct splat_case {
     enum { TILES_ALL, TILES_SOME, SQUARES_SOME } tiles; // squares: tile by tile, as a step lists them
     bool as_on_gpus;                                    // shares tiles among invocations
     bool walk_tiles;                                    // tries every splat on all tiles of its view
-    bool antialiased;
-    bool far_camera; // 300 box edges away
-    float log_scale; // centre of the scales [-3]
-    float logit;     // centre of the opacities [0]
+    bool far_camera;                                    // 300 box edges away
+    float log_scale;                                    // centre of the scales [-3]
+    float logit;                                        // centre of the opacities [0]
     enum vw_splat_loss { SPLAT_L2, SPLAT_L1 } loss;
     uint32_t momentum;
     float ssim_weight;

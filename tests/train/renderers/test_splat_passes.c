@@ -11,7 +11,7 @@ static const struct splat_case cases[] = {
     {"large splats", .seed = 3, .log_scale = -1.5f, .degree = 2, .loss = SPLAT_L1},
     {"as on GPUs", .seed = 4, .as_on_gpus = true, .degree = 1},
     {"as on GPUs, some tiles", .seed = 5, .as_on_gpus = true, .tiles = TILES_SOME, .log_scale = -2.0f},
-    {"antialiased", .seed = 6, .antialiased = true, .log_scale = -4.5f, .degree = 3},
+    {"small", .seed = 6, .log_scale = -4.5f, .degree = 3},
     {"opaque", .seed = 7, .logit = 5.0f, .log_scale = -2.0f, .count = 90},
     {"far camera", .seed = 8, .far_camera = true, .degree = 1},
     {"three views", .seed = 9, .views = 3, .degree = 3},
@@ -37,7 +37,7 @@ TEST_CASES(shapes_are_those_of_the_reference, index, CASES) {
         const struct reference_splat_view view = splat_bench_view(bench, sighting / bench->count);
         struct reference_splat_shape expected;
         splat_bench_splat(bench, sighting % bench->count, numbers);
-        reference_splat_project(&view, numbers, -1.0, &expected);
+        reference_splat_project(&view, numbers, &expected);
         const struct vw_splat_shape *shape = &shapes[sighting];
         // Floats of box coordinates carry 6e-8, which a focal length of 40 to 12,000 px turns into 2e-5 to 7e-4 px.
         double px = 2e-4 + (bench->setup->far_camera ? 2e-3 : 0.0);

@@ -250,6 +250,43 @@ TEST(more_splats_than_points_begin_beside_them) {
     assert_int_equal(moved, points + 5);
 }
 
+// Returns the squared width of a pixel of a view at a place, in units of the world; infinite more than 15 % beside it.
+static double pixel2_of(const struct vw_view *view, const double at[3]) {
+    double seen[3] = {0}; // right, down, ahead
+    for (int axis = 0; axis < 3; axis++)
+        for (int i = 0; i < 3; i++)
+            seen[axis] += (axis ? -1.0 : 1.0) * view->camera_to_world[i][axis] * (at[i] - view->camera_to_world[i][3]);
+    const struct vw_camera *camera = &view->camera;
+    double x = camera->focal_x_px * seen[0] / seen[2] + camera->centre_x_px,
+           y = camera->focal_y_px * seen[1] / seen[2] + camera->centre_y_px;
+    bool shown = seen[2] > 0.0 && fabs(x / camera->width_px - 0.5) < 0.65 && fabs(y / camera->height_px - 0.5) < 0.65;
+    return shown ? pow(seen[2] / fmax(camera->focal_x_px, camera->focal_y_px), 2) : INFINITY;
+}
+
+TEST(filters_are_by_the_nearest_train_photo_that_shows_the_splat) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    uint32_t count = 0, hidden = 0;
+    config.splats = 300;
+    for (uint32_t v = 0; v < scene->view_count; v++) { // so long that no photo shows the corners
+        scene->views[v].camera.focal_x_px *= 3.0;
+        scene->views[v].camera.focal_y_px *= 3.0;
+    }
+    const float *params = start_of(scene, &config, &count);
+    double edge = 2.0 * scene->box.half_extent_world, widest = 0.0, of_hidden[300];
+    for (uint32_t splat = 0; splat < count; splat++) {
+        double at[3], pixel2 = INFINITY, filter = params[4 * (SPLAT_SCALE * count + splat) + 3];
+        for (int i = 0; i < 3; i++) at[i] = ((double)params[4 * splat + i] - 0.5) * edge + scene->box.centre_world[i];
+        for (uint32_t v = 0; v < scene->view_count; v++)
+            if (scene->views[v].split == VW_SPLIT_TRAIN) pixel2 = fmin(pixel2, pixel2_of(&scene->views[v], at));
+        if (isfinite(pixel2)) assert_near(filter, 0.2 * pixel2 / (edge * edge), 1e-4 * filter);
+        if (isfinite(pixel2)) widest = fmax(widest, filter);
+        else of_hidden[hidden++] = filter;
+    }
+    assert_true(hidden > 0 && hidden < count);
+    for (uint32_t i = 0; i < hidden; i++) assert_true(of_hidden[i] == widest);
+}
+
 TEST(seeds_draw_other_points) {
     struct vw_scene *scene = scene_with_points();
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);

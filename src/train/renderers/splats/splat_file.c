@@ -362,7 +362,8 @@ static void write_row(const float *params, uint32_t count, uint32_t degree, cons
         } else if (i == OPACITY) {
             row[9 + rests] = (float)number;
         } else if (i < TURN) {
-            row[10 + rests + i - SCALE] = (float)(number + log(edge_of(box)));
+            double filter = (double)params[4 * ((size_t)SPLAT_SCALE * count + splat) + 3];
+            row[10 + rests + i - SCALE] = (float)(0.5 * log(exp(2.0 * number) + filter) + log(edge_of(box)));
         } else if (i < CONSTANT) {
             row[13 + rests + i - TURN] = (float)number;
         } else if (i < FIELDS) {

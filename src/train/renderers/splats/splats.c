@@ -6,7 +6,7 @@
 static const float EPSILON = 1e-15f; // Adam's, as Kerbl et al. have it
 
 struct vw_splat_specialization vw_splat_specialise(const struct vw_specialization *run, bool cpu) {
-    struct vw_splat_specialization s = {.run = *run, .low_pass = 0.3f, .sort_digits = 256};
+    struct vw_splat_specialization s = {.run = *run, .sort_digits = 256};
     s.run.gradient_quantum = EPSILON / run->inverse_rays;
     if (cpu) { // a vector of tiles, each with pairs of its own, fetches as many pairs at a time
         s.side = 8;

@@ -108,6 +108,8 @@ uint32_t vw_splats_count_points(const struct vw_model *model, const struct vw_sc
 // Writes the initial values of all splats: of points, or, where no train view sees any, drawn in the box.
 enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                float *params);
+// Writes the filters of splats for where they are; `held`: their scales hold the filter, which is taken out of them.
+enum vw_status vw_splats_filter(const struct vw_model *model, const struct vw_scene *scene, bool held, float *params);
 // Writes for each point its root mean square distance to the three nearest others, but at least `least`.
 enum vw_status vw_splats_measure_gaps(const float (*points)[3], uint32_t count, float least, float *gaps);
 

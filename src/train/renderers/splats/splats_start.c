@@ -193,7 +193,7 @@ static void write_splat(const struct vw_model *model, const struct vw_scene *sce
     own[SPLAT_TURN * column] = 1.0f;
 }
 
-static enum vw_status start_from_file(const struct vw_model *model, float *params) {
+static enum vw_status start_from_file(const struct vw_model *model, const struct vw_scene *scene, float *params) {
     const struct vw_splat_model *splats = vw_splat_model_of(model);
     struct vw_splat_file file = {0};
     enum vw_status status = vw_splats_read_initial(model->config->initial, model->config->initial_sha256, &file);
@@ -201,13 +201,14 @@ static enum vw_status start_from_file(const struct vw_model *model, float *param
         status = vw_fail(VW_ERROR_INPUT, "%s: does not have the splats that the configuration names",
                          model->config->initial);
     if (!status) status = vw_splat_file_place(&file, model->config->initial, splats->degree, &model->box, params);
+    if (!status) status = vw_splats_filter(model, scene, true, params);
     vw_splat_file_free(&file);
     return status;
 }
 
 enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                float *params) {
-    if (model->config->initial[0]) return start_from_file(model, params);
+    if (model->config->initial[0]) return start_from_file(model, scene, params);
     uint32_t count = vw_splat_model_of(model)->count, sources = vw_splat_model_of(model)->source_count,
              first = sources && sources < count ? sources : count;
     struct start start = {.list = vw_allocate(vw_splat_model_of(model)->source_count, sizeof *start.list),
@@ -220,6 +221,7 @@ enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_sce
     if (!status) place_more(seed, first, count, &start);
     if (!status && first < count) status = measure_gaps(&start, count);
     for (uint32_t i = 0; i < count && !status; i++) write_splat(model, scene, &start, i, params);
+    if (!status) status = vw_splats_filter(model, scene, false, params);
     free(start.list);
     free(start.means);
     free(start.gaps);
