@@ -239,6 +239,8 @@ static enum vw_status write_outputs(struct work *work) {
     struct vw_run_outputs_params params = {
         .out = work->params->out,
         .scene = recorded->scene,
+        .scene_options_json = recorded->row.scene_options_json,
+        .gpu = recorded->gpu,
         .ledger = work->ledger,
         .scoring = &work->result->scoring,
         .config = &recorded->config,
