@@ -14,7 +14,8 @@ VW_PUBLIC_BEGIN
 struct vw_report_extra;
 
 struct vw_report_options {
-    bool no_thumbnails; // leave the photos out
+    bool no_thumbnails;  // leave the photos out
+    uint32_t ply_degree; // least degree of the harmonics in field.ply, padded by zeros
 };
 
 struct vw_report_params {

@@ -302,6 +302,9 @@ const struct vw_option vw_option_table[] = {
      "Splats to begin from with --field splats, as many as the file has, in place of the scene's points; field.ply of "
      "a run, or of another trainer, in the scene's coordinates",
      VW_OPTIONS_ONE_RUN, VW_SECTION_FIELD, OPTION(TEXT, initial), DEFAULT("the points of the scene")},
+    {"ply-degree", "N",
+     "Least degree of the harmonics in field.ply, padded by zeros; 3 for programs that want 45 coefficients",
+     VW_OPTIONS_ONE_RUN, VW_SECTION_FIELD, OPTION(COUNT, report.ply_degree), RANGE(0, 3)},
     {"levels", "N", "Number of levels of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.levels)},
     {"features", "N", "Number of features per grid entry", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,

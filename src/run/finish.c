@@ -252,7 +252,7 @@ static enum vw_status make_outputs_of_training(struct vw_run *run) {
     const struct vw_reconstruction_params seen = {
         .scene = run->scene, .scene_options_json = run->scene_options_json, .gpu = run->gpu, .trainer = run->trainer};
     enum vw_status status = vw_run_splits_write(run->scene, run->out);
-    if (!status) status = vw_run_splats_write(run->trainer, run->out, &outputs->has_splats);
+    if (!status) status = vw_run_splats_write(run->trainer, run->report.ply_degree, run->out, &outputs->has_splats);
     return status ? status : vw_reconstruction_measure(&seen, &outputs->results.reconstruction);
 }
 

@@ -116,7 +116,7 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
 
 // Makes the bytes of a file that other programs draw (train/renderers/splats/splat_file.h), owned by the caller; NULL
 // with another field than splats.
-enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, size_t *size_bytes);
+enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, uint32_t degree, void **data, size_t *size_bytes);
 
 // ---- Views ---------------------------------------------------------------------------------------------------------
 

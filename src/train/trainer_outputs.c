@@ -133,7 +133,7 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
     return vw_field_file_load(path, &trainer->parts);
 }
 
-enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, size_t *size_bytes) {
+enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, uint32_t degree, void **data, size_t *size_bytes) {
     const struct vw_splat_model *splats = vw_splat_model_of(&trainer->model);
     *data = NULL;
     *size_bytes = 0;
@@ -142,7 +142,8 @@ enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, s
     float *params = vw_allocate(bytes, 1);
     enum vw_status status = params ? vw_buffer_read(trainer->field.params, 0, params, bytes) : VW_ERROR_MEMORY;
     if (!status)
-        status = vw_splat_file_make(params, splats->count, splats->degree, &trainer->model.box, data, size_bytes);
+        status =
+            vw_splat_file_make(params, splats->count, splats->degree, degree, &trainer->model.box, data, size_bytes);
     free(params);
     return status;
 }

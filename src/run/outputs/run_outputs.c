@@ -38,10 +38,10 @@ enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out
     return status;
 }
 
-enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, bool *written) {
+enum vw_status vw_run_splats_write(struct vw_trainer *trainer, uint32_t degree, const char *out, bool *written) {
     void *data = NULL;
     size_t size_bytes = 0;
-    enum vw_status status = vw_trainer_make_splats(trainer, &data, &size_bytes);
+    enum vw_status status = vw_trainer_make_splats(trainer, degree, &data, &size_bytes);
     *written = !status && data;
     if (*written) status = vw_result_write(out, VW_SPLATS_FILE, data, size_bytes);
     free(data);
@@ -188,7 +188,9 @@ enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, s
     if (!status) status = judge_views(params, outputs);
     if (!status) status = vw_run_splits_write(params->scene, params->out);
     if (!status) status = look_at_field(params, results);
-    if (!status) status = vw_run_splats_write(params->trainer, params->out, &outputs->has_splats);
+    if (!status)
+        status =
+            vw_run_splats_write(params->trainer, params->report.options.ply_degree, params->out, &outputs->has_splats);
     if (!status) status = write_report(params, outputs);
     return status ? status : write_advice(results, params->out);
 }

@@ -45,8 +45,8 @@ struct vw_run_outputs {
 // Removes all derived files and writes scores.csv, before the ledger receives the scores: a ledger with scores has a
 // scores.csv with them, also after a kill. `pays`: a payout is made afterwards (run/out_folder.h).
 enum vw_status vw_run_scores_write(const char *out, const struct vw_scoring *scoring, bool pays);
-// Writes field.ply where the field is splats.
-enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, bool *written);
+// Writes field.ply where the field is splats, with harmonics of at least a degree.
+enum vw_status vw_run_splats_write(struct vw_trainer *trainer, uint32_t degree, const char *out, bool *written);
 enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out); // splits.json
 // Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, reconstruction.json,
 // splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats,

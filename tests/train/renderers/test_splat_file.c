@@ -24,11 +24,11 @@ static float *draw_params(uint32_t degree) {
 }
 
 // Writes a file and returns its path.
-static const char *write(const char *folder, const float *params, uint32_t degree) {
+static const char *write(const char *folder, const float *params, uint32_t degree, uint32_t least) {
     AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     const char *path = temporary_path(folder, "splats.ply");
-    ASSERT_OK(vw_splat_file_make(params, COUNT, degree, &box, &data, &size_bytes));
+    ASSERT_OK(vw_splat_file_make(params, COUNT, degree, least, &box, &data, &size_bytes));
     ASSERT_OK(vw_file_write(path, data, size_bytes));
     return path;
 }
@@ -36,7 +36,7 @@ static const char *write(const char *folder, const float *params, uint32_t degre
 FOLDER_TEST(what_is_written_is_read) {
     for (uint32_t degree = 0; degree <= VW_SPLAT_DEGREE_MAX; degree++) {
         const float *params = draw_params(degree);
-        const char *path = write(*state, params, degree);
+        const char *path = write(*state, params, degree, degree % 2 ? VW_SPLAT_DEGREE_MAX : 0);
         AUTO(vw_splat_file_free) struct vw_splat_file file = {0};
         ASSERT_OK(vw_splat_file_read(path, MOST, &file));
         assert_int_equal(file.count, COUNT);
@@ -61,7 +61,7 @@ FOLDER_TEST(the_layout_is_the_usual_one) {
     for (uint32_t column = 0; column < VW_SPLAT_COLUMNS(1); column++)
         for (uint32_t lane = 0; lane < 4; lane++) params[4 * column * COUNT + lane] = (float)(10 * column + lane);
     size_t size_bytes = 0;
-    AUTO_FREE char *data = temporary_read(write(*state, params, 1), &size_bytes);
+    AUTO_FREE char *data = temporary_read(write(*state, params, 1, 0), &size_bytes);
     const char *rows = strstr(data, "end_header\n") + strlen("end_header\n");
     const double edge = 5.0, expected[] = {-0.5 * edge + 3.0,
                                            0.5 * edge - 40.0,
@@ -186,7 +186,7 @@ FOLDER_TEST(wrong_numbers_are_refused_by_splat_and_property) {
         if (cases[i].column == SPLAT_TURN)
             for (uint32_t lane = 0; lane < 4; lane++) params[4 * (SPLAT_TURN * COUNT + 5) + lane] = 0.0f;
         params[4 * (cases[i].column * COUNT + 5) + cases[i].lane] = cases[i].value;
-        assert_refused(write(*state, params, 1), cases[i].word);
+        assert_refused(write(*state, params, 1, 0), cases[i].word);
     }
 }
 
@@ -208,7 +208,7 @@ static float *train_and_render(const char *path, const struct vw_config *config,
     float *rgb = NULL;
     struct vw_trainer *trainer = test_trainer_create(test_scene(), config, true, 0);
     test_run_of(trainer);
-    ASSERT_OK(vw_trainer_make_splats(trainer, &data, &size_bytes));
+    ASSERT_OK(vw_trainer_make_splats(trainer, 0, &data, &size_bytes));
     ASSERT_OK(vw_file_write(path, data, size_bytes));
     ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
     *numbers = trainer->model.param_bytes / 4;

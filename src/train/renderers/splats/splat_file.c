@@ -266,6 +266,14 @@ static enum vw_status read_splat(const char *path, const char *row, const struct
                    path, splat, sqrt(turn2));
 }
 
+// Says whether all harmonics of the highest degree are 0, as importers want them that know degree 3 alone.
+static bool is_padded(const struct vw_splat_file *file) {
+    size_t column = 4 * (size_t)file->count, end = VW_SPLAT_COLUMNS(file->degree) * column;
+    for (size_t i = VW_SPLAT_COLUMNS(file->degree - 1) * column; i < end; i++)
+        if (file->params[i] != 0.0f) return false;
+    return true;
+}
+
 static enum vw_status read_splats(const char *path, const char *data, size_t size_bytes, uint32_t splats_most,
                                   struct vw_splat_file *file) {
     struct header header;
@@ -286,6 +294,7 @@ static enum vw_status read_splats(const char *path, const char *data, size_t siz
     if (!file->params) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < file->count && !status; i++)
         status = read_splat(path, data + header.size_bytes + (size_t)i * header.row_bytes, &header, i, file);
+    while (!status && file->degree && is_padded(file)) file->degree--;
     return status;
 }
 
@@ -350,13 +359,14 @@ static size_t write_header(char header[HEADER_WRITTEN_MOST], uint32_t count, uin
 }
 
 // Writes the numbers of a row, all of them but normals, which stay 0.
-static void write_row(const float *params, uint32_t count, uint32_t degree, const struct vw_box *box, uint32_t splat,
-                      float *row) {
+static void write_row(const float *params, uint32_t count, uint32_t degree, uint32_t written, const struct vw_box *box,
+                      uint32_t splat, float *row) {
     enum { X = 0, OPACITY = 3, SCALE = 4, TURN = 7, CONSTANT = 11 }; // places in the table of fields
-    uint32_t rests = 3 * ((degree + 1) * (degree + 1) - 1);
+    uint32_t rests = 3 * rests_of(written);
     for (uint32_t i = 0; i < FIELDS + rests; i++) {
-        uint32_t place = property_place(i, degree);
-        double number = params[4 * ((size_t)(place / 4) * count + splat) + place % 4];
+        uint32_t place = property_place(i, written);
+        bool known = place / 4 < VW_SPLAT_COLUMNS(degree);
+        double number = known ? (double)params[4 * ((size_t)(place / 4) * count + splat) + place % 4] : 0.0;
         if (i < OPACITY) {
             row[i] = (float)((number - 0.5) * edge_of(box) + box->centre_world[i]);
         } else if (i == OPACITY) {
@@ -374,17 +384,18 @@ static void write_row(const float *params, uint32_t count, uint32_t degree, cons
     }
 }
 
-enum vw_status vw_splat_file_make(const float *params, uint32_t count, uint32_t degree, const struct vw_box *box,
-                                  void **data, size_t *size_bytes) {
+enum vw_status vw_splat_file_make(const float *params, uint32_t count, uint32_t degree, uint32_t least,
+                                  const struct vw_box *box, void **data, size_t *size_bytes) {
     char header[HEADER_WRITTEN_MOST];
-    uint32_t rests = 3 * ((degree + 1) * (degree + 1) - 1), numbers = FIELDS + NORMALS + rests;
+    uint32_t written = degree > least ? degree : least, rests = 3 * rests_of(written),
+             numbers = FIELDS + NORMALS + rests;
     size_t header_bytes = write_header(header, count, rests), row_bytes = numbers * sizeof(float);
     char *bytes = vw_allocate(header_bytes + row_bytes * count, 1);
     if (!bytes) return VW_ERROR_MEMORY;
     memcpy(bytes, header, header_bytes);
     for (uint32_t splat = 0; splat < count; splat++) {
         float row[NUMBERS + NORMALS] = {0};
-        write_row(params, count, degree, box, splat, row);
+        write_row(params, count, degree, written, box, splat, row);
         memcpy(bytes + header_bytes + row_bytes * splat, row, row_bytes);
     }
     *data = bytes;

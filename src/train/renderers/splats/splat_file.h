@@ -25,9 +25,10 @@ struct vw_splat_file {
 enum vw_status vw_splat_file_read(const char *path, uint32_t splats_most, struct vw_splat_file *file);
 void vw_splat_file_free(struct vw_splat_file *file);
 
-// Makes the bytes of a file of params in box coordinates; `*data` is owned by the caller.
-enum vw_status vw_splat_file_make(const float *params, uint32_t count, uint32_t degree, const struct vw_box *box,
-                                  void **data, size_t *size_bytes);
+// Makes the bytes of a file of params in box coordinates, whose scales hold the filters. Its harmonics are of degree
+// `least` if that is more than `degree`, with zeros. `*data` is owned by the caller.
+enum vw_status vw_splat_file_make(const float *params, uint32_t count, uint32_t degree, uint32_t least,
+                                  const struct vw_box *box, void **data, size_t *size_bytes);
 // Turns params of a file, of a degree that is at most `degree`, into params in box coordinates, which are 0.
 // VW_ERROR_INPUT when a splat lies beyond floats there; `path` is for messages.
 enum vw_status vw_splat_file_place(const struct vw_splat_file *file, const char *path, uint32_t degree,
