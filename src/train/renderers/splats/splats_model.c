@@ -13,7 +13,6 @@ enum {
 };
 
 static const float ADAM_EPSILON = 1e-8f; // for effects
-static const double EXTENT_MARGIN = 1.1; // as Kerbl et al. have it
 
 static enum vw_status specialise(struct vw_model *model) {
     const struct vw_config *config = model->config;
@@ -27,23 +26,6 @@ static enum vw_status specialise(struct vw_model *model) {
     return model->of_renderer ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// Returns how far the train cameras are from their mean, in box edges; 1 for a single camera.
-static double measure_extent(const struct vw_model *model, const struct vw_scene *scene) {
-    double mean[3] = {0}, largest2 = 0.0, count = 0.0;
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        if (!vw_model_trains_on(model, scene, v)) continue;
-        for (int i = 0; i < 3; i++) mean[i] += scene->views[v].camera_to_world[i][3];
-        count++;
-    }
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        double distance2 = 0.0;
-        for (int i = 0; i < 3; i++) distance2 += pow(scene->views[v].camera_to_world[i][3] - mean[i] / count, 2);
-        if (vw_model_trains_on(model, scene, v)) largest2 = fmax(largest2, distance2);
-    }
-    double extent = EXTENT_MARGIN * sqrt(largest2) / (2.0 * model->box.half_extent_world);
-    return extent > 0.0 ? extent : 1.0;
-}
-
 static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
     const struct vw_config *config = model->config;
     struct vw_splat_model *splats = model->of_renderer;
@@ -53,7 +35,6 @@ static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
                                            : SPLATS_WITHOUT_POINTS;
     if (splats->count > SPLATS_MOST) splats->count = SPLATS_MOST;
     splats->degree = config->harmonics;
-    splats->extent_edges = measure_extent(model, scene);
     uint64_t bytes = vw_splat_param_bytes(&(struct vw_splat_room){.splats = splats->count, .degree = splats->degree});
     model->weights.offset_bytes = vw_round_up(bytes, VW_PARAMS_ALIGNMENT_BYTES);
     uint64_t numbers = 11 + 3 * (splats->degree + 1) * (splats->degree + 1); // mean, opacity, scales, turn; colours
