@@ -37,7 +37,7 @@ at_least() { # at_least LIMIT FIGURE
 
 sed 's/"width_px": 64, "height_px": 48/"width_px": 160, "height_px": 120/' "$root/scenes/table.json" >"$folder/scene.json"
 check "splats are trained" run "$program" train "$folder/scene.json" --out "$folder/out" --field splats --harmonics 2 --epochs 100 \
-    --effects none --device llvmpipe --quiet
+    --downscale 1 --effects none --device llvmpipe --quiet
 check "and a validation photo rendered" run "$program" render "$folder/out" --to "$folder/render.png" --device llvmpipe
 mv "$folder/out/field.ply" "$folder" # where the browser finds it
 splats=$(head -c 4096 "$folder/field.ply" | sed -nE 's/^element vertex ([0-9]+)$/\1/p' | head -n 1)
