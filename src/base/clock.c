@@ -12,6 +12,14 @@ double vw_now_s(void) { return read_clock_s(CLOCK_MONOTONIC); }
 
 double vw_cpu_s(void) { return read_clock_s(CLOCK_PROCESS_CPUTIME_ID); }
 
+bool vw_progress_is_due(double *told_s) {
+    static const double EACH_S = 5;
+    double now_s = vw_now_s();
+    bool due = now_s - *told_s >= EACH_S;
+    if (due) *told_s = now_s;
+    return due;
+}
+
 void vw_utc_now(char text[VW_UTC_BYTES]) {
     time_t now = time(NULL);
     struct tm parts;

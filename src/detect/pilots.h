@@ -14,7 +14,9 @@
 #include "viewworth/train.h"
 
 enum {
-    PILOT_RAYS = 64,       // per step, or fewer if the run takes fewer
+    PILOT_RAYS = 64,        // per step of the hash grid, or fewer if the run takes fewer
+    PILOT_SPLAT_RAYS = 512, // likewise of splats: two squares
+    PILOT_SPLATS = 4096,
     PILOT_FOLDS = 2,       // trainings of each pilot: of another seed each, and without other photos
     PILOT_PHOTOS_MAX = 64, // evenly spaced, so that each is visited a few times, as appearance needs
     PILOT_HELD_OUT_MIN = 4,
@@ -57,9 +59,9 @@ struct vw_pilots_params {
     bool masks, fits;
 };
 
-// Returns the config of every pilot, a small hash grid, for a run with the config `planned`; a training has its fold's
-// seed.
-struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps);
+// Returns the config of every pilot for a run with the config `planned`: few splats for a run of splats whose points
+// tell exposures, and otherwise a small hash grid. A training has its fold's seed.
+struct vw_config vw_pilots_config(const struct vw_scene *scene, const struct vw_config *planned, uint32_t steps);
 // Chooses the photos.
 enum vw_status vw_pilots_open(const struct vw_pilots_params *params, struct vw_pilots *pilots);
 

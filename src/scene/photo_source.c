@@ -92,7 +92,6 @@ void vw_pixel_store_close(struct vw_pixel_store *store) {
 static const uint64_t TOTAL_LIMIT_BYTES = UINT64_C(1) << 40; // for all pixels of a scene
 static const uint64_t AHEAD_LIMIT_BYTES = UINT64_C(1) << 30; // for photos that are decoded before it is their turn
 static const uint64_t ALIGNMENT_BYTES = 64;
-static const double PROGRESS_S = 5;
 
 // Places the pixels of all views, one after another.
 static enum vw_status place_pixels(const struct vw_scene *scene, const struct vw_photo_source *source,
@@ -222,9 +221,7 @@ static enum vw_status begin_view(struct vw_photo_reading *reading, uint32_t plac
 }
 
 static void tell_progress(struct vw_photo_reading *reading, uint32_t place) {
-    double now_s = vw_now_s();
-    if (now_s - reading->told_s < PROGRESS_S) return;
-    reading->told_s = now_s;
+    if (!vw_progress_is_due(&reading->told_s)) return;
     if (reading->opening) vw_log_info("photos: %u of %u read", place, reading->count);
     else
         vw_log_info("photos: %u of %u decoded", reading->scene->source->decoded_count,

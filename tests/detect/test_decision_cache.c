@@ -7,7 +7,6 @@
 #include "base/memory.h"
 #include "detect/decide.h"
 #include "support/detection_cases.h"
-#include "support/plain_config.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 
@@ -22,13 +21,9 @@ static enum vw_field planned_field;
 // Decides for a run of another seed each time, which makes no difference. Returns the decision on sky.
 static const struct vw_effect_decision *decide(struct decided *decided, uint32_t steps) {
     static uint64_t seed;
-    struct vw_config config = plain_config();
+    struct vw_config config = vw_config_of_field(planned_field);
     config.seed = seed++;
-    config.field = planned_field;
-    config.levels = 2;
-    config.width = 16;
-    config.samples = 8;
-    config.rays = 16;
+    if (planned_field == VW_FIELD_HASH) config.rays = 16;
     config.pilot_steps = steps;
     strcpy(config.effects, "-unbounded,-appearance,-pose,-wide_box");
     ASSERT_OK(vw_effects_decide_cached(test_gpu(), scene, &config, decided->decisions, &decided->count));
@@ -80,7 +75,7 @@ TEST_WITHIN(decisions_are_kept, make_cache, remove_cache) {
     free(path);
     assert_false(test_same_bits(decide(&longer, 9)->ms_per_step, measured->ms_per_step)); // another key
     assert_false(was_kept(measured, decide(&second, 8)));
-    planned_field = VW_FIELD_SPLATS; // which lacks some effects
+    planned_field = VW_FIELD_SPLATS; // with pilots of its own
     assert_false(
         test_same_bits(decide(&longer, 8)->ms_per_step, second.decisions[kept - second.decisions].ms_per_step));
     planned_field = VW_FIELD_HASH;

@@ -326,24 +326,31 @@ TEST(folds_share_no_photo) {
     }
 }
 
-// Parameters that only the field mlp has are off in pilots.
-TEST(pilots_are_of_the_hash_grid) {
+// Pilots train splats for a run of splats where points tell exposures, and otherwise a hash grid, for which what only
+// the field mlp has is off.
+TEST(pilots_train_the_field_of_the_run) {
+    struct vw_scene *scene = detection_plain_scene();
     struct vw_config planned = vw_config_of_field(VW_FIELD_MLP);
     planned.mlp_depth = 2;
     planned.frequencies = 4;
     planned.importance_samples = 8;
     planned.coarse_network = VW_COARSE_NETWORK_OWN;
     struct vw_config splats = vw_config_of_field(VW_FIELD_SPLATS);
-    splats.splats = 100;
+    splats.splats = 100000;
     splats.harmonics = 3;
-    splats.ssim_weight = 0.2;
+    splats.ssim_weight = 0.3;
     const struct vw_config *configs[] = {&planned, &splats};
+    const enum vw_field fields[] = {VW_FIELD_HASH, VW_FIELD_SPLATS};
     for (size_t i = 0; i < VW_ARRAY_COUNT(configs); i++) {
         ASSERT_OK(vw_config_check(configs[i]));
-        const struct vw_config pilot = vw_pilots_config(configs[i], 8);
-        assert_int_equal(pilot.field, VW_FIELD_HASH);
+        const struct vw_config pilot = vw_pilots_config(scene, configs[i], 8);
+        assert_int_equal(pilot.field, fields[i]);
         ASSERT_OK(vw_config_check(&pilot));
     }
+    assert_int_equal(vw_pilots_config(scene, &splats, 8).splats, PILOT_SPLATS);
+    assert_true(vw_pilots_config(scene, &splats, 8).ssim_weight == 0.3);
+    scene_forget_points(scene);
+    assert_int_equal(vw_pilots_config(scene, &splats, 8).field, VW_FIELD_HASH);
 }
 
 // Six pilots, of two trainings each, look at no more than a tenth of the rays of the run, unless that leaves too few
