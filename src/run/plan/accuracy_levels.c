@@ -15,26 +15,23 @@ static const char *const parts[PART_COUNT] = {
 struct vw_accuracy_level {
     struct vw_accuracy_about about;
     uint32_t volume[PART_COUNT], splats[PART_COUNT]; // without rays: the defaults of the field
-    double volume_pixels, splat_pixels;              // most pixels of a photo, on a CPU
+    double photo_pixels;                             // most that a photo has, on a CPU
 };
 const char vw_accuracy_standard[] = "standard";
 static const struct vw_accuracy_level levels[] = {
     {{"draft", 0, "less detail, and scores of two seeds agree less"},
      {250, 8, 8, 1024, 14, 8, 32, 24},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 15},
-     5e3,
-     4e3},
+     9e3},
     {{"quick", 24, "less detail, and ranks that a longer training may change"},
      {250, 16, 16, 1024, 14, 10, 32, 24},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 30},
-     8e3,
-     7e3},
-    {{vw_accuracy_standard, 45, "less detail, and ranks that a longer training may change"}, {0}, {0}, 11e3, 11e3},
+     18e3},
+    {{vw_accuracy_standard, 45, "less detail, and ranks that a longer training may change"}, {0}, {0}, 36e3},
     {{"reference", 80, ""},
      {500, 32, 64, 2048, 16, 12, 32, 80},
      {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120},
-     45e3,
-     45e3},
+     144e3},
 };
 
 uint32_t vw_accuracy_level_count(void) { return VW_ARRAY_COUNT(levels); }
@@ -49,9 +46,7 @@ enum vw_status vw_accuracy_find(const char *name, uint32_t *level) {
     return vw_fail(VW_ERROR_USAGE, "--accuracy: \"%s\" is not one of %s", name, names);
 }
 
-double vw_accuracy_photo_pixels(uint32_t level, enum vw_field field) {
-    return field == VW_FIELD_SPLATS ? levels[level].splat_pixels : levels[level].volume_pixels;
-}
+double vw_accuracy_photo_pixels(uint32_t level) { return levels[level].photo_pixels; }
 
 static uint32_t *part_at(const struct vw_config *config, enum part part) {
     return (uint32_t *)((char *)config + vw_config_find(parts[part])->offset);

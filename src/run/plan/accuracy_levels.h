@@ -20,7 +20,7 @@ uint32_t vw_accuracy_level_count(void);
 const struct vw_accuracy_about *vw_accuracy_level_about(uint32_t level);
 enum vw_status vw_accuracy_find(const char *name, uint32_t *level); // VW_ERROR_USAGE lists the names
 // Returns the most pixels of a photo that a training at that level on a CPU sees often enough.
-double vw_accuracy_photo_pixels(uint32_t level, enum vw_field field);
+double vw_accuracy_photo_pixels(uint32_t level);
 // Sets what a level sets for the config's field, except for explicit fields (vw_config_explicit()), and leaves the rest
 // of the config alone. "standard" sets what vw_config_of_field() has.
 void vw_accuracy_apply(uint32_t level, uint64_t explicit_fields, struct vw_config *config);

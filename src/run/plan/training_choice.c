@@ -71,10 +71,10 @@ static enum vw_field choose_field(const struct vw_training_choice_params *params
 
 // ---- The size ------------------------------------------------------------------------------------------------------
 
-uint32_t vw_training_downscale(enum vw_field field, const char *accuracy, enum vw_gpu_kind device, double pixels) {
+uint32_t vw_training_downscale(const char *accuracy, enum vw_gpu_kind device, double pixels) {
     uint32_t level = 0, downscale = 1;
     if (vw_accuracy_find(accuracy ? accuracy : vw_accuracy_standard, &level)) return 1;
-    double most = device == VW_GPU_CPU ? vw_accuracy_photo_pixels(level, field) : GPU_PIXELS;
+    double most = device == VW_GPU_CPU ? vw_accuracy_photo_pixels(level) : GPU_PIXELS;
     while (pixels / downscale / downscale > most && downscale < DOWNSCALE_MOST) downscale++;
     return downscale;
 }
@@ -100,15 +100,15 @@ static enum vw_status find_middle(const struct vw_scene *scene, double *pixels, 
     return VW_OK;
 }
 
-static enum vw_status choose_size(const struct vw_training_choice_params *params, enum vw_field field,
-                                  const struct vw_scene *scene, uint32_t *downscale, char *line, size_t line_bytes) {
+static enum vw_status choose_size(const struct vw_training_choice_params *params, const struct vw_scene *scene,
+                                  uint32_t *downscale, char *line, size_t line_bytes) {
     static const char *const shares[] = {"", "", "half", "a third", "a quarter", "a fifth", "a sixth"};
     double pixels = 0;
     struct vw_camera middle = {0};
     enum vw_status status = find_middle(scene, &pixels, &middle);
     if (status) return status;
     enum vw_gpu_kind device = params->gpu ? vw_gpu_get_info(params->gpu)->kind : VW_GPU_CPU;
-    *downscale = vw_training_downscale(field, params->accuracy, device, pixels);
+    *downscale = vw_training_downscale(params->accuracy, device, pixels);
     uint32_t width_px = vw_downscaled_px(middle.width_px, *downscale),
              height_px = vw_downscaled_px(middle.height_px, *downscale);
     char share[16] = "";
@@ -154,7 +154,7 @@ enum vw_status vw_training_choose(const struct vw_training_choice_params *params
         status = vw_config_check(config);
     }
     if (!status && !scene->downscale) {
-        status = choose_size(params, config->field, opened, &scene->downscale, choice->size, sizeof choice->size);
+        status = choose_size(params, opened, &scene->downscale, choice->size, sizeof choice->size);
         if (!status) vw_log_info("size     %s", choice->size);
     }
     vw_scene_close(&opened);

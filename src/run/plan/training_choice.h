@@ -32,7 +32,7 @@ struct vw_training_choice {
 enum vw_status vw_training_choose(const struct vw_training_choice_params *params, struct vw_scene_params *scene,
                                   struct vw_config *config, struct vw_training_choice *choice);
 
-// Returns by how much photos of so many pixels are divided for a training of the field at that level.
-uint32_t vw_training_downscale(enum vw_field field, const char *accuracy, enum vw_gpu_kind device, double pixels);
+// Returns by how much photos of so many pixels are divided for a training at that level.
+uint32_t vw_training_downscale(const char *accuracy, enum vw_gpu_kind device, double pixels);
 
 #endif
