@@ -119,6 +119,7 @@ static enum vw_status choose(struct vw_run *run, struct vw_run_params *params) {
     if (!status) status = vw_attribution_read_payout(params->payout, &run->config, &run->payout_cents);
     if (!status && run->lasting.wanted) status = vw_lasting_check_config(&run->config);
     params->config = &run->config;
+    run->results.downscale = params->scene.downscale;
     run->scene_options_json = status ? NULL : vw_scene_options_to_json(&params->scene);
     return status || run->scene_options_json ? status : VW_ERROR_MEMORY;
 }

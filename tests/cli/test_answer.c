@@ -77,6 +77,23 @@ TEST(a_coarse_reconstruction_asks_for_a_finer_one) {
         strstr(text, "\nnext            this command with --accuracy reference and another --out   (about 10 min)\n"));
 }
 
+// A field that was trained smaller than the photos are is told how to be kept, at what cost.
+TEST(a_smaller_field_tells_how_to_train_a_larger_one) {
+    struct vw_answer answer = {.out = "o u t",
+                               .scene = "fox",
+                               .reconstruction = usable,
+                               .downscale = 2,
+                               .epochs = 30,
+                               .training_s = 60,
+                               .unvalidated_share = 0.5};
+    AUTO_FREE char *text = printed_on(stdout, print, &answer);
+    assert_non_null(strstr(text, "\nto keep it      viewworth train fox --splits 'o u t'/splits.json --downscale 1 "
+                                 "--epochs 120 --out FIELD   (about 2 min)\n"));
+    answer.downscale = 1;
+    AUTO_FREE char *stored = printed_on(stdout, print, &answer);
+    assert_null(strstr(stored, "to keep it"));
+}
+
 // One validation photo cannot verify a selection; two can, at the price that info tells.
 TEST(a_usable_reconstruction_asks_for_a_selection) {
     AUTO_FOLDER char *folder = temporary_folder_create();

@@ -32,6 +32,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     if (!status) status = vw_run_finish(run);
     if (!status && !(options->retrainings && options->json)) status = vw_run_print(run, train_only, options->json);
     if (!status) status = vw_answer_begin(run, options->out, &answer);
+    answer.scene = options->scene.path;
     if (!status && !steps_before) answer.training_s = took_s;
     vw_run_close(&run);
     if (!status && options->retrainings) status = vw_worth_of_run(options, options->out, options->retrainings, &answer);

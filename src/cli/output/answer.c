@@ -1,5 +1,6 @@
 #include "cli/output/results.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,6 +9,7 @@
 #include "base/text.h"
 #include "cli/output/print.h"
 #include "experiment/experiment.h"
+#include "run/out_folder.h"
 #include "run/plan/accuracy_levels.h"
 #include "value/halves.h"
 
@@ -129,6 +131,18 @@ static void print_cost(uint32_t trainings, double seconds) {
     vw_print(")\n");
 }
 
+// Prints the command that trains the field as well at the photos' stored size, where this one was smaller.
+static void print_stored_size(const struct vw_answer *answer) {
+    uint32_t times = answer->downscale * answer->downscale;
+    if (!answer->scene || times <= 1) return;
+    vw_print("to keep it      viewworth train");
+    vw_print_shell_path(answer->scene);
+    vw_print(" --splits");
+    vw_print_shell_path(answer->out);
+    vw_print("/" VW_SPLITS_FILE " --downscale 1 --epochs %" PRIu32 " --out FIELD", times * answer->epochs);
+    print_cost(0, times * answer->training_s * answer->unvalidated_share);
+}
+
 // Prints the command that helps most now, with its cost.
 static void print_next(const struct vw_answer *answer, bool scored) {
     bool coarse = vw_verdict_judge(&answer->reconstruction) == VW_VERDICT_TOO_COARSE;
@@ -153,6 +167,8 @@ enum vw_status vw_answer_begin(const struct vw_run *run, const char *out, struct
     const struct vw_run_results *results = vw_run_get_results(run);
     *answer = (struct vw_answer){.out = out,
                                  .reconstruction = results->outputs.results.reconstruction,
+                                 .downscale = results->downscale,
+                                 .epochs = results->config->epochs,
                                  .val_count = results->outputs.results.agreement.view_count,
                                  .times_at_most = vw_accuracy_most_against(results->config),
                                  .unvalidated_share = vw_accuracy_unvalidated_share(results->config),
@@ -165,5 +181,6 @@ void vw_answer_print(struct vw_answer *answer) {
     vw_reconstruction_print(&answer->reconstruction);
     if (answer->photo_count) qsort(answer->photos, answer->photo_count, sizeof *answer->photos, compare);
     for (size_t i = 0; i < VW_ARRAY_COUNT(lines); i++) print_line(answer, &lines[i]);
+    print_stored_size(answer);
     print_next(answer, answer->photo_count > 0);
 }

@@ -97,12 +97,14 @@ struct vw_answer_photo {
 };
 
 struct vw_answer {
-    const char *out; // borrowed
+    const char *out;   // borrowed
+    const char *scene; // borrowed; its path, or NULL
     struct vw_reconstruction reconstruction;
-    uint32_t val_count;       // validation photos
-    double times_at_most;     // times as long that the most accurate training takes
-    double training_s;        // time of this training; NaN: unknown
-    double unvalidated_share; // share of it that a training without validation takes
+    uint32_t downscale, epochs; // that were trained
+    uint32_t val_count;         // validation photos
+    double times_at_most;       // times as long that the most accurate training takes
+    double training_s;          // time of this training; NaN: unknown
+    double unvalidated_share;   // share of it that a training without validation takes
     bool has_report;
     struct vw_answer_photo *photos; // owned; those with advice, in any order
     size_t photo_count;
