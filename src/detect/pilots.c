@@ -165,10 +165,17 @@ static void release(const struct vw_pilots *pilots, const struct training *train
     vw_trainer_stop_after(training->trainer, pilots->steps - before_end + (left ? 0 : TIMED_STEPS));
 }
 
+static void tell_progress(struct making *making) {
+    if (vw_progress_is_due(&making->told_s))
+        vw_log_info("effects: %" PRIu64 " of %u steps of %u trial runs", making->steps,
+                    making->count * (making->pilots->steps + TIMED_STEPS), making->count);
+}
+
 static enum vw_status begin(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer) {
     struct making *making = context;
     struct training *training = &making->trainings[seat->place];
     (void)answer;
+    tell_progress(making);
     enum vw_status status = create_trainer(making, training);
     if (!status) release(making->pilots, training);
     return status;
@@ -188,9 +195,7 @@ static enum vw_status advance(void *context, const struct vw_pool_seat *seat, bo
     if (!training->left && isnan(training->timed_from_s)) training->timed_from_s = share_s(making->pilots, seat);
     enum vw_status status = vw_trainer_advance(training->trainer, &records, &count);
     making->steps += count;
-    if (vw_progress_is_due(&making->told_s))
-        vw_log_info("effects: %" PRIu64 " of %u steps of %u trial runs", making->steps,
-                    making->count * (making->pilots->steps + TIMED_STEPS), making->count);
+    tell_progress(making);
     if (status || count > 0) return status;
     *ended = !training->left;
     if (*ended) return VW_OK;
@@ -227,8 +232,9 @@ static enum vw_status run(struct making *making) {
 }
 
 enum vw_status vw_pilots_make(struct vw_pilots *pilots, const uint32_t *sets, uint32_t count) {
-    struct making making = {.pilots = pilots, .told_s = vw_now_s()};
     uint32_t made = pilots->made_count;
+    // The first one tells at once, since it compiles shaders.
+    struct making making = {.pilots = pilots, .told_s = made ? vw_now_s() : -INFINITY};
     for (uint32_t i = 0; i < count; i++) {
         if (vw_pilots_find(pilots, sets[i])) continue;
         if (made == PILOTS_MAX) return vw_fail(VW_ERROR_USAGE, "more than %d pilots", PILOTS_MAX);
