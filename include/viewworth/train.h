@@ -95,8 +95,9 @@ struct vw_config {
     uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
     uint32_t width;           // width of the hidden layers: 16, 32 or 64; for VW_FIELD_MLP a multiple of 8, 16 to 512
-    uint32_t splats;          // most splats of VW_FIELD_SPLATS, up to 1,048,576; 0: as many as the scene has points
-    uint32_t harmonics;       // degree of the harmonics of colours of VW_FIELD_SPLATS, 0 to 3; 1 with others
+    // Splats of VW_FIELD_SPLATS, up to 1,048,576; 0: as many as the scene has points, but at least 8,192.
+    uint32_t splats;
+    uint32_t harmonics; // degree of the harmonics of colours of VW_FIELD_SPLATS, 0 to 3; 1 with others
     // The .ply file whose splats VW_FIELD_SPLATS begins with; "": the scene's points. A run makes the path absolute,
     // notes the file's SHA-256, and sets `splats` to how many it has. The path is not part of the run's identity.
     char initial[VW_INITIAL_PATH_BYTES], initial_sha256[VW_HASH_HEX_BYTES];

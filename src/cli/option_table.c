@@ -293,8 +293,8 @@ const struct vw_option vw_option_table[] = {
      "hash grid",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_AUTO), COMMON},
     {"splats", "N",
-     "Number of splats with --field splats; 0: one for each point of the scene that a train photo sees; with more, "
-     "points have several",
+     "Number of splats with --field splats; 0: one for each point of the scene that a train photo sees, but at "
+     "least 8192; with more splats than points, points have several",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, OPTION(COUNT, config.splats)},
     {"harmonics", "N", "Degree of the spherical harmonics of colours with --field splats", VW_OPTIONS_TRAINING,
      VW_SECTION_FIELD, OPTION(COUNT, config.harmonics)},

@@ -80,9 +80,9 @@ enum { SAMPLED = HASH | MLP, ALL = SAMPLED | SPLATS, AUTO = 1 << VW_FIELD_AUTO }
 
 static const struct vw_config_field table[] = {
     NUMBER(seed, "seed", SEED, 0, 0x1p63, ALL), // 2^63 itself is one too many
-    {"epochs", "epochs", VW_CONFIG_WHOLE, offsetof(struct vw_config, epochs), ALL, false, 1, 1e9, OF_SPLATS(60)},
+    {"epochs", "epochs", VW_CONFIG_WHOLE, offsetof(struct vw_config, epochs), ALL, false, 1, 1e9, OF_SPLATS(30)},
     NUMBER(burn_in_epochs, "burn-in", WHOLE, 0, 1e9, ALL),
-    NUMBER(rays, "rays", WHOLE, 1, 65536, ALL, OF_SPLATS(12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE)),
+    NUMBER(rays, "rays", WHOLE, 1, 65536, ALL, OF_SPLATS(24 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE)),
     NUMBER(samples, "samples", WHOLE, 1, 4096, SAMPLED),
     NUMBER(importance_samples, "importance-samples", WHOLE, 0, 4096, SAMPLED, OF_SPLATS(0)),
     NUMBER(val_rays, "val-rays", WHOLE, 1, 1 << 24, ALL, OF_SPLATS(4096)),

@@ -32,7 +32,7 @@ check "train takes neither" fails 2 'unknown option "--budget"' "$program" train
 
 check "splats take a budget" run value splats --field splats --budget 10s --epochs 2 --rays 256 \
     --splats 50 --effects none
-check "over whose epochs positions' rate falls" test "$(config splats learning_rate_decay) $(config splats decay_epochs)" = '0.01 2'
+check "over whose epochs the rate falls" test "$(config splats learning_rate_decay) $(config splats decay_epochs)" = '0.1 2'
 
 # ---- An accuracy -------------------------------------------------------------------------------------------------------------
 

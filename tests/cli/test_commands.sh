@@ -47,7 +47,7 @@ check "compare has --accuracy, of known levels" fails 2 '"sketch" is not one of 
 check "help shows the options that most people need" not helps ' --rays N ' value
 check "and says where the others are" helps 'help value lists all options \([0-9]+ more\)' value
 check "help fits a terminal of 80 columns" test "$("$program" help value | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80
-check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 250, with --field splats 3072\)\.' help value
+check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 250, with --field splats 6144\)\.' help value
 check "help shows ranges with gaps" helps '--width N [^-]*\(a multiple of 8, 16 to 512; default 32, .*256\)\.' help train
 check "help shows ranges outside the config" helps '--downscale auto\|N [^-]*\(1 to 64; default auto\)\.' info
 check "help shows what is chosen" helps '--field hash\|mlp\|splats\|auto [^-]*\(default auto\)\.' help value

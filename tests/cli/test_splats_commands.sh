@@ -20,17 +20,17 @@ named() {
 # ---- Accuracy levels ----
 
 check "a draft of the preset" value draft --preset splats --accuracy draft --splats 60 --effects none --device llvmpipe
-check "has its pixels and epochs" test "$(config draft rays),$(config draft val_rays),$(config draft epochs)" = 3072,4096,15
+check "has its pixels and epochs" test "$(config draft rays),$(config draft val_rays),$(config draft epochs)" = 6144,4096,8
 check "and the rest of the preset" test "$(config draft harmonics),$(config draft loss)" = 3,l1
 check "what is told of it is true of splats" grep -qx ' *trade-off: less detail, and scores of two seeds agree less' "$folder/stderr"
-for level in quick=30 standard=60 reference=120; do
+for level in quick=15 standard=30 reference=120; do
     check "${level%=*} has its epochs, and options override it" value "${level%=*}" --field splats --accuracy "${level%=*}" "${shape[@]}"
     check "which are ${level#*=}" test "$(config "${level%=*}" epochs),$(config "${level%=*}" rays)" = "${level#*=},256"
 done
 check "prices are those of splats" run "$program" info "$scene" --field splats --effects none --device llvmpipe --json --quiet
 check "without lasting credit" test "$(json '$.prices.draft.lasting.seconds')" = ''
 check "with the rest" test -n "$(json '$.prices.draft.worth.seconds')"
-check "of 60 epochs" test "$(json '$.estimate.steps')" = 360
+check "of 30 epochs" test "$(json '$.estimate.steps')" = 180
 check "a line of text has no price, either" prints '^lasting  +7 +- +- +- +-$' "$program" info "$scene" --field splats --effects none \
     --device llvmpipe
 

@@ -21,11 +21,11 @@ const char vw_accuracy_standard[] = "standard";
 static const struct vw_accuracy_level levels[] = {
     {{"draft", 0, "less detail, and scores of two seeds agree less"},
      {250, 8, 8, 1024, 14, 8, 32, 24},
-     {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 15},
+     {[RAYS] = 6144, [VAL_RAYS] = 4096, [EPOCHS] = 8},
      9e3},
     {{"quick", 24, "less detail, and ranks that a longer training may change"},
      {250, 16, 16, 1024, 14, 10, 32, 24},
-     {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 30},
+     {[RAYS] = 6144, [VAL_RAYS] = 4096, [EPOCHS] = 15},
      18e3},
     {{vw_accuracy_standard, 45, "less detail, and ranks that a longer training may change"}, {0}, {0}, 36e3},
     {{"reference", 80, ""},

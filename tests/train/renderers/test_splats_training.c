@@ -207,11 +207,12 @@ static uint32_t point_of(const struct vw_scene *scene, const float *params, uint
 TEST(splats_begin_at_points_that_train_views_see) {
     struct vw_scene *scene = scene_with_points();
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);
-    for (uint32_t most = 0; most <= 40; most += 40) {
+    const uint32_t seen = POINTS - POINTS / 3;
+    for (uint32_t most = 40; most <= seen; most += seen - 40) {
         uint32_t count = 0, last = 0;
         config.splats = most;
         const float *params = start_of(scene, &config, &count);
-        assert_int_equal(count, most ? 40 : POINTS - POINTS / 3);
+        assert_int_equal(count, most);
         for (uint32_t splat = 0; splat < count; splat++) {
             uint32_t point = point_of(scene, params, count, splat);
             assert_true(point < POINTS && point % 3 != 0 && (splat == 0 || point > last));
@@ -248,6 +249,9 @@ TEST(more_splats_than_points_begin_beside_them) {
         assert_int_equal(point_of(scene, several, count, splat), point_of(scene, one, fewer, from));
     }
     assert_int_equal(moved, points + 5);
+    config.splats = 0;
+    start_of(scene, &config, &count);
+    assert_int_equal(count, 8192); // there are few points
 }
 
 // Returns the squared width of a pixel of a view at a place, in units of the world; infinite more than 15 % beside it.

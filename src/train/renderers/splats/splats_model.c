@@ -8,8 +8,8 @@
 
 enum {
     SPLATS_MOST = 1 << 20,
-    SPLATS_WITHOUT_POINTS = 4096,
-    PATCH_SIDE = 8, // squares of validation have a CPU's tile's side
+    SPLATS_LEAST = 8192, // unless asked for fewer: a point has several where there are few
+    PATCH_SIDE = 8,      // squares of validation have a CPU's tile's side
 };
 
 static const float ADAM_EPSILON = 1e-8f; // for effects
@@ -30,9 +30,9 @@ static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
     const struct vw_config *config = model->config;
     struct vw_splat_model *splats = model->of_renderer;
     splats->source_count = config->initial[0] ? 0 : vw_splats_count_points(model, scene);
-    splats->count = config->splats         ? config->splats
-                    : splats->source_count ? splats->source_count
-                                           : SPLATS_WITHOUT_POINTS;
+    splats->count = config->splats                        ? config->splats
+                    : splats->source_count > SPLATS_LEAST ? splats->source_count
+                                                          : SPLATS_LEAST;
     if (splats->count > SPLATS_MOST) splats->count = SPLATS_MOST;
     splats->degree = config->harmonics;
     uint64_t bytes = vw_splat_param_bytes(&(struct vw_splat_room){.splats = splats->count, .degree = splats->degree});
