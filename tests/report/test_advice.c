@@ -41,11 +41,12 @@ static uint32_t marked(const struct vw_advice *advice, enum vw_advice_mark mark)
 
 static struct vw_advice advise_by(const struct fixture *fixture, double accuracy_ci_low, double noise_db,
                                   double psnr_db) {
-    struct vw_results results = {.input = {.images = fixture->images, .image_count = PHOTOS},
-                                 .scores = fixture->scores,
-                                 .score_count = fixture->score_count,
-                                 .reconstruction = {.psnr_db = psnr_db, .mean_colour_db = 10, .nearest_photo_db = 12},
-                                 .worth = {.claim_count = 1, .noise_db = noise_db}};
+    struct vw_results results = {
+        .input = {.images = fixture->images, .image_count = PHOTOS},
+        .scores = fixture->scores,
+        .score_count = fixture->score_count,
+        .reconstruction = {.psnr_db = psnr_db, .ssim = 0.6, .mean_colour_db = 10, .nearest_photo_db = 12},
+        .worth = {.claim_count = 1, .noise_db = noise_db}};
     results.worth.claims[0].accuracy.ci_low = accuracy_ci_low;
     ASSERT_OK(vw_results_advise(&results));
     return results.advice;

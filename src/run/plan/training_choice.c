@@ -1,13 +1,9 @@
 #include "run/plan/training_choice.h"
 
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "base/memory.h"
-#include "base/statistics.h"
 #include "image/pixel.h"
 #include "run/plan/accuracy_levels.h"
 #include "train/effects/registry.h"
@@ -79,49 +75,28 @@ uint32_t vw_training_downscale(const char *accuracy, enum vw_gpu_kind device, do
     return downscale;
 }
 
-// Finds the train photo in the middle by its number of pixels.
-static enum vw_status find_middle(const struct vw_scene *scene, double *pixels, struct vw_camera *middle) {
-    double *sizes = vw_allocate(scene->view_count, sizeof *sizes);
-    uint32_t count = 0;
-    if (!sizes) return VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (scene->views[v].split == VW_SPLIT_TRAIN)
-            sizes[count++] = (double)scene->views[v].camera.width_px * scene->views[v].camera.height_px;
-    *pixels = count ? vw_median(sizes, count) : 0;
-    free(sizes);
-    double nearest = INFINITY;
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        const struct vw_camera *camera = &scene->views[v].camera;
-        double away = fabs((double)camera->width_px * camera->height_px - *pixels);
-        if (scene->views[v].split != VW_SPLIT_TRAIN || away >= nearest) continue;
-        nearest = away;
-        *middle = *camera;
-    }
-    return VW_OK;
-}
-
-static enum vw_status choose_size(const struct vw_training_choice_params *params, const struct vw_scene *scene,
-                                  uint32_t *downscale, char *line, size_t line_bytes) {
-    static const char *const shares[] = {"", "", "half", "a third", "a quarter", "a fifth", "a sixth"};
-    double pixels = 0;
-    struct vw_camera middle = {0};
-    enum vw_status status = find_middle(scene, &pixels, &middle);
-    if (status) return status;
+// Chooses by the mean over train photos; the line tells the sides of the first.
+static void choose_size(const struct vw_training_choice_params *params, const struct vw_scene *scene,
+                        uint32_t *downscale, char *line, size_t line_bytes) {
     enum vw_gpu_kind device = params->gpu ? vw_gpu_get_info(params->gpu)->kind : VW_GPU_CPU;
+    const struct vw_camera *first = NULL;
+    double pixels = 0;
+    for (uint32_t v = scene->view_count; v-- > 0;) {
+        const struct vw_camera *camera = &scene->views[v].camera;
+        if (scene->views[v].split != VW_SPLIT_TRAIN) continue;
+        pixels += (double)camera->width_px * camera->height_px / scene->split_count[VW_SPLIT_TRAIN];
+        first = camera;
+    }
     *downscale = vw_training_downscale(params->accuracy, device, pixels);
-    uint32_t width_px = vw_downscaled_px(middle.width_px, *downscale),
-             height_px = vw_downscaled_px(middle.height_px, *downscale);
-    char share[16] = "";
-    snprintf(share, sizeof share, "1/%" PRIu32, *downscale);
-    if (*downscale == 1)
-        snprintf(line, line_bytes, "%" PRIu32 " x %" PRIu32 ", as the photos are stored", width_px, height_px);
-    else
-        snprintf(line, line_bytes,
-                 "%" PRIu32 " x %" PRIu32
-                 ", %s of the photos' sides; as good a training at --downscale 1 takes about %" PRIu32 " times as long",
-                 width_px, height_px, *downscale < VW_ARRAY_COUNT(shares) ? shares[*downscale] : share,
-                 *downscale * *downscale);
-    return VW_OK;
+    if (!first) return;
+    int used = snprintf(line, line_bytes, "%" PRIu32 " x %" PRIu32, vw_downscaled_px(first->width_px, *downscale),
+                        vw_downscaled_px(first->height_px, *downscale));
+    if (*downscale > 1)
+        snprintf(line + used, line_bytes - (size_t)used,
+                 ", 1/%" PRIu32 " of the photos' sides; --downscale 1 takes about %" PRIu32
+                 " times as long for as good a training",
+                 *downscale, *downscale * *downscale);
+    else snprintf(line + used, line_bytes - (size_t)used, ", as the photos are stored");
 }
 
 // ---- Both ----------------------------------------------------------------------------------------------------------
@@ -154,8 +129,8 @@ enum vw_status vw_training_choose(const struct vw_training_choice_params *params
         status = vw_config_check(config);
     }
     if (!status && !scene->downscale) {
-        status = choose_size(params, opened, &scene->downscale, choice->size, sizeof choice->size);
-        if (!status) vw_log_info("size     %s", choice->size);
+        choose_size(params, opened, &scene->downscale, choice->size, sizeof choice->size);
+        vw_log_info("size     %s", choice->size);
     }
     vw_scene_close(&opened);
     return status;

@@ -3,7 +3,7 @@
 // Splats are trained where train photos see enough points to begin at; elsewhere, and where an option or an effect asks
 // for what splats lack, a hash grid. On a CPU the photos are divided until a training of the level sees each pixel
 // often enough: a field of many more pixels than it is shown stays a smear. A GPU trains at the stored size, up to 2
-// megapixels. Figures: src/lab/results/defaults.md.
+// megapixels. Figures: src/lab/results/splats.md.
 #ifndef VIEWWORTH_RUN_PLAN_TRAINING_CHOICE_H
 #define VIEWWORTH_RUN_PLAN_TRAINING_CHOICE_H
 
