@@ -120,7 +120,7 @@ check "--profile says where the time went" answers "json_array_length(j, '\$.pro
     AND (SELECT min(value ->> 'ms' > 0 AND value ->> 'dispatches' > 0) FROM json_each(j, '\$.profile'))" \
     "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --effects none --profile --json
 check "a level that does not fit has no price" answers "j ->> '\$.prices.reference.worth.seconds' IS NULL
-    AND j ->> '\$.prices.draft.worth.seconds' > 0" "$program" info "$scene" --pilot-steps 0 --base-resolution 32 --growth 2 --levels 8 \
+    AND j ->> '\$.prices.draft.worth.seconds' > 0" "$program" info "$scene" --pilot-steps 0 --base-resolution 32 --growth 2 \
     --json
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------

@@ -75,6 +75,16 @@ uint32_t vw_reconstruction_downscale(const struct vw_scene *scene, uint32_t trai
     return (uint32_t)((stored_px + VW_RECONSTRUCTION_SIDE_PX - 1) / VW_RECONSTRUCTION_SIDE_PX);
 }
 
+double vw_reconstruction_rays(const struct vw_scene *scene, uint32_t trained_downscale) {
+    double pixels = 0, larger = (double)trained_downscale / vw_reconstruction_downscale(scene, trained_downscale);
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_camera *camera = &scene->views[v].camera;
+        pixels = fmax(pixels, larger * larger * camera->width_px * camera->height_px);
+    }
+    uint32_t tests = scene->split_count[VW_SPLIT_TEST], views = tests ? tests : scene->split_count[VW_SPLIT_VAL];
+    return pixels * (views < VW_RECONSTRUCTION_VIEWS_MAX ? views : VW_RECONSTRUCTION_VIEWS_MAX);
+}
+
 // Keeps the numbers of a photo, unless it is a twin.
 static void keep(struct measuring *measuring, const struct vw_view_distance *distance,
                  const struct vw_whole_view *whole, double ssim) {

@@ -22,6 +22,9 @@ enum { VW_RECONSTRUCTION_SIDE_PX = 640, VW_RECONSTRUCTION_VIEWS_MAX = 8 };
 // Returns that division, a --downscale.
 uint32_t vw_reconstruction_downscale(const struct vw_scene *scene, uint32_t trained_downscale);
 
+// Returns the most rays that measuring takes.
+double vw_reconstruction_rays(const struct vw_scene *scene, uint32_t trained_downscale);
+
 // Renders whole test photos, or validation photos where there is no test photo: at most VW_RECONSTRUCTION_VIEWS_MAX,
 // evenly spaced in the order of the scene. Photos without a usable pixel do not count, nor do twins: those that the
 // nearest train photo shows as well as a copy does.

@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "run/outputs/reconstruction.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/thumbnails.h"
 #include "run/plan/accuracy_levels.h"
@@ -323,6 +324,9 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
     plan->finish_step_s += (params->report.no_thumbnails ? 1 : 2) * VW_RESIDUALS_SHARE * plan->step_s;
     if (!status) status = record_plan(&choice, config, plan);
     if (status) return status;
+    // A train ray counts three times, since it goes back as well.
+    plan->finish_s += plan->step_s / (3.0 * config->rays + config->val_rays) *
+                      vw_reconstruction_rays(session->scene, params->scene.downscale);
     log_plan(plan, config);
     warn_of_few_epochs(&choice, plan);
     return VW_OK;
