@@ -35,7 +35,7 @@ struct vw_run_results {
     char *ledger_path, *scores_path, *field_path, *splats_path;
     const struct vw_gpu_info *device;
     const struct vw_scene *scene;
-    uint32_t downscale; // of the scene
+    uint32_t downscale; // that the scene was opened with
     const struct vw_config *config;
     const struct vw_effect_decision *effects;
     uint32_t effect_count;

@@ -109,7 +109,8 @@ trains() {
 best=$folder/best.txt
 check "the best photos of transforms.json are listed" prints '^kept     5 of 12 photos to train on, by dv_psnr: top:5$' \
     "$program" select "$folder/single.run" --rule top:5 --to "$best"
-check "the way to train on them is shown" grep -qx "train    viewworth value $single --train $best --downscale 1 --field hash --out ANOTHER" "$folder/stdout"
+check "the way to train on them is shown" grep -qx \
+    "train    viewworth value $single --train $best --downscale 1 --field hash --out ANOTHER" "$folder/stdout"
 check "that the rule was not verified is said" says '^nothing was verified: the rule was taken as asked; viewworth compare tests'
 check "it is a list for --train" trains single.again "$single" --train "$best"
 check "it holds them, and the others in their splits" kept single.run single.again
@@ -142,8 +143,8 @@ check "it holds the photos" kept colmap.run colmap.again
 # ---- NeRF-W -------------------------------------------------------------------------------------------------------------
 
 check "a TSV is written" prints '\(phototourism\)$' "$program" select "$folder/tourism.run" --rule top:5 --to "$folder/picked.tsv"
-check "the way to train on it is shown" grep -qx "train    viewworth value $folder/tourism --train $folder/picked.tsv --downscale 1 --field hash --out ANOTHER" \
-    "$folder/stdout"
+check "the way to train on it is shown" grep -qx \
+    "train    viewworth value $folder/tourism --train $folder/picked.tsv --downscale 1 --field hash --out ANOTHER" "$folder/stdout"
 check "every chosen photo trains and has an id" test "$(awk -F'\t' 'NR > 1 && $2 == "train" && $1 != "" && $4 == "tiny" { print $3 }' \
     "$folder/picked.tsv" | sort)" = "$(query tourism.run "SELECT substr(name, 14) FROM image JOIN score USING (image_id)
     WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 5" | sort)"
@@ -219,7 +220,7 @@ cp -r "$folder/colmap.run" "$folder/elsewhere.run"
 query elsewhere.run "UPDATE run SET status = 'interrupted', scene_options_json =
     '{\"x; touch pwned #\":1,\"downscale\":2,\"corrupt\":3,\"providers\":\"\$(touch pwned)\"}'"
 check "the way to train names known options alone, as a shell takes them" prints \
-    "^train    viewworth value $folder/colmap --train $folder/from.txt --downscale 2 --providers '\\$\(touch pwned\)' --field hash --out ANOTHER$" \
+    "^train    viewworth value $folder/colmap --train $folder/from.txt --downscale 2 --providers '\\$\(touch pwned\)' --field hash --out " \
     "$program" select "$folder/elsewhere.run" --rule top:5 --to "$folder/from.txt"
 check "a run that did not finish is warned of" grep -q '^warning: .*the run is interrupted, not finished' "$folder/stderr"
 check "as are photos that were corrupted by --corrupt" grep -q '^warning: .*corrupted 3 photos (--corrupt)' "$folder/stderr"

@@ -89,7 +89,7 @@ check "and none of a ground truth that is the same for all" test "$(curve ground
 
 # ---- Refusals ----
 
-refused() { benchmark_it refused "$@"; }
+refused() { benchmark_it refused "$@" --quiet; }
 check "too few subsets" fails 2 'subsets' refused --subsets 3
 check "subsets of a word" fails 2 'subsets takes all or' refused --subsets every
 sed 's/"count": 6/"count": 11/' "$folder/tiny.json" >"$folder/eleven.json"
@@ -98,7 +98,7 @@ check "all subsets of eleven photos" fails 2 'at most 10 photos' "$lab" benchmar
 check "which trains nothing" test ! -e "$folder/eleven/seed_0"
 check "no seeds left to evaluate with" fails 2 'seed.*lower' refused --seed 9223372036854775804
 check "no epoch to score" fails 2 'burn-in' refused --epochs 1
-check "a recipe has defects of its own" fails 2 'corrupt.*recipe' refused --corrupt 2 --quiet
+check "a recipe has defects of its own" fails 2 'corrupt.*recipe' refused --corrupt 2
 check "a curve of no method" fails 2 '--curves: "dv_pnsr" is not a method' refused --curves ground_truth,dv_pnsr
 check "nothing is left of refusals" test ! -e "$folder/refused"
 check "a folder that holds a run of value" fails 2 'holds a single run' benchmark_it whole/seed_0 --quiet

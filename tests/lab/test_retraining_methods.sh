@@ -65,7 +65,7 @@ check "draw and train each for itself" test "$(sqlite3 "$folder/two/retrainings.
 
 # ---- Refusals ----
 
-refused() { "$lab" benchmark "$root/scenes/eight.json" --out "$folder/refused" "${tiny[@]}" "$@"; }
+refused() { "$lab" benchmark "$root/scenes/eight.json" --out "$folder/refused" "${tiny[@]}" --quiet "$@"; }
 check "a method that is none" fails 2 '--methods: "shapley" is none' refused --methods tmc_shapley,shapley
 check "budgets without methods" fails 2 'run-equivalents needs --methods' refused --run-equivalents 4
 for list in 0 N/0 N2 4n 1.5 '' 1,, 1,2,3,4,5,6,7,8,9,10,11,12,13; do

@@ -108,10 +108,10 @@ check "without halves there is no LDS" test -z "$(ask late 'SELECT max(lds) FROM
 for wrong in "--parameters: \"ray\" is none of rays|--parameters rays,ray" "agreement between seeds needs two --seeds or more|--seeds 1" \
     "leaves no epoch after --burn-in|--epochs 1" "the 2 seeds from it on pass|--seed 9223372036854775807"; do
     # shellcheck disable=SC2086
-    check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none ${wrong#*|}
+    check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none --quiet ${wrong#*|}
 done
 all=$("$lab" tradeoff --help | tr -s '[:space:]' ' ' | sed -n 's/.*with commas between: \([^(]*\) (default all).*/\1/p' | tr -d ' ')
-check "every parameter of the help is one" fails 2 '"none-such" is none of' sweep_it none --parameters "$all,none-such"
-check "an --out that is a file" fails 2 'is a file; name a folder' sweep_it first.txt
+check "every parameter of the help is one" fails 2 '"none-such" is none of' sweep_it none --quiet --parameters "$all,none-such"
+check "an --out that is a file" fails 2 'is a file; name a folder' sweep_it first.txt --quiet
 check "nothing is written" test ! -e "$folder/none"
 conclude

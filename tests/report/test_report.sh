@@ -43,7 +43,7 @@ cat >"$folder/noisy.json" <<'RECIPE'
  "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2, "count": 4, "field_of_view_deg": 90, "split": "train"},
              {"path": "orbit", "centre": [0, 0, 0], "radius": 2, "count": 1, "start_deg": 30, "field_of_view_deg": 90, "split": "val"}]}
 RECIPE
-check "unless its file would be too large" eval 'scene=$folder/noisy.json value noisy --rays 100 --samples 4 --epochs 12 \
+check "unless its file would be too large" eval 'scene=$folder/noisy.json value noisy --downscale 1 --rays 100 --samples 4 --epochs 12 \
     --val-rays 120000 --effects none && [[ $(heights noisy) == 72 ]]'
 check "another seed" value other --seed 1 --no-thumbnails
 cp "$folder/run/report.html" "$folder/first.html"

@@ -27,14 +27,14 @@ TEST(a_field_is_chosen_by_points_and_by_what_is_asked_for) {
     } cases[] = {
         {COURTYARD, "", "auto", "splats, which begin at the 2416 points", false, VW_FIELD_SPLATS},
         {TINY, "", "auto", "hash, since train photos share 86 points", false, VW_FIELD_HASH},
-        {COURTYARD, "samples", "auto", "hash, since splats lack --samples: needs --field hash or mlp", false,
-         VW_FIELD_HASH},
-        {COURTYARD, "mlp-depth", "auto", "mlp, since splats lack --mlp-depth", false, VW_FIELD_MLP},
-        {COURTYARD, "rays", "auto", "hash, since splats lack --rays: a multiple of 256", false, VW_FIELD_HASH},
-        {TINY, "ssim-weight", "auto", "splats, since a hash grid lacks --ssim-weight", false, VW_FIELD_SPLATS},
-        {COURTYARD, "", "+transient", "hash, since splats lack --effects +transient", false, VW_FIELD_HASH},
+        {COURTYARD, "samples", "auto", "hash, since --samples as given is not for splats", false, VW_FIELD_HASH},
+        {COURTYARD, "mlp-depth", "auto", "mlp, since --mlp-depth as given", false, VW_FIELD_MLP},
+        {COURTYARD, "rays", "auto", "hash, since --rays as given", false, VW_FIELD_HASH},
+        {TINY, "ssim-weight", "auto", "splats, since --ssim-weight as given is not for a hash grid", false,
+         VW_FIELD_SPLATS},
+        {COURTYARD, "", "+transient", "hash, since --effects as given", false, VW_FIELD_HASH},
         {COURTYARD, "", "-transient", "splats, which begin at the 2416 points", false, VW_FIELD_SPLATS},
-        {COURTYARD, "", "auto", "hash, since splats lack lasting credit", true, VW_FIELD_HASH},
+        {COURTYARD, "", "auto", "hash, since splats have no lasting credit", true, VW_FIELD_HASH},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = vw_config_default;

@@ -54,17 +54,17 @@ static enum vw_status read_worths(const struct vw_lab_options *options, struct v
 enum vw_status vw_lab_benchmark(const struct vw_options *options) {
     const struct vw_lab_options *lab = vw_lab_options(options);
     struct vw_experiment_request request = {0};
-    enum vw_status status = vw_params_of_experiment(options, &request);
-    struct vw_benchmark_params params = {.common = request.params,
-                                         .evaluated = lab->evaluated,
+    struct vw_benchmark_params params = {.evaluated = lab->evaluated,
                                          .retraining_seeds = lab->retraining_seeds,
                                          .equal = options->equal,
                                          .leave_one_out = lab->leave_one_out,
                                          .curves = curves_of(lab->curves),
                                          .curve_scorers = lab->curves};
     struct vw_benchmark benchmark = {0};
-    if (!status) status = read_subsets(lab->subsets, &params);
+    enum vw_status status = read_subsets(lab->subsets, &params);
     if (!status) status = read_worths(lab, &params);
+    if (!status) status = vw_params_of_experiment(options, &request);
+    params.common = request.params;
     params.common.seeds = lab->valued_seeds;
     if (!status) status = vw_benchmark_make(&params, &benchmark);
     vw_progress_end(&request.progress);

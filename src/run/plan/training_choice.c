@@ -9,7 +9,7 @@
 #include "train/effects/registry.h"
 #include "viewworth/log.h"
 
-enum { POINTS_LEAST = 500, DOWNSCALE_MOST = 64, WHY_BYTES = 200 };
+enum { POINTS_LEAST = 500, DOWNSCALE_MOST = 64, WHY_BYTES = 120, OPTION_BYTES = 64 };
 static const double GPU_PIXELS = 2.1e6; // 1,920 x 1,080 and a little
 
 // ---- The field -----------------------------------------------------------------------------------------------------
@@ -27,42 +27,39 @@ static uint32_t count_points(const struct vw_scene *scene) {
     return count;
 }
 
-// Returns whether the config can have the field; if not, `why` says what it lacks.
+// Returns whether the config can have the field; if not, `option` names what stands against it.
 static bool can_have(enum vw_field field, const struct vw_training_choice_params *params,
-                     const struct vw_config *config, char why[WHY_BYTES]) {
+                     const struct vw_config *config, char option[OPTION_BYTES]) {
     struct vw_config of_field = *config;
     vw_config_take_field(field, params->explicit_fields, &of_field);
-    bool has_effects = vw_effects_suit(config->effects, field), can = has_effects && !vw_config_check(&of_field);
-    if (!has_effects) snprintf(why, WHY_BYTES, "--effects %.100s", config->effects);
-    else if (!can) snprintf(why, WHY_BYTES, "%.*s", WHY_BYTES - 1, vw_error_message());
-    return can;
+    const char *refusal = !vw_effects_suit(config->effects, field) ? "--effects"
+                          : vw_config_check(&of_field)             ? vw_error_message()
+                                                                   : "";
+    snprintf(option, OPTION_BYTES, "%.*s", (int)strcspn(refusal, ": "), refusal);
+    return !*refusal;
 }
 
 // Returns the field; `why` says why it is not another.
 static enum vw_field choose_field(const struct vw_training_choice_params *params, const struct vw_config *config,
                                   const struct vw_scene *scene, char why[WHY_BYTES]) {
-    char lacks[WHY_BYTES];
+    char option[OPTION_BYTES];
     uint32_t points = count_points(scene);
-    if (!can_have(VW_FIELD_SPLATS, params, config, lacks)) {
-        snprintf(why, WHY_BYTES, "since splats lack %.150s", lacks);
-        return can_have(VW_FIELD_HASH, params, config, lacks) ? VW_FIELD_HASH : VW_FIELD_MLP;
+    if (!can_have(VW_FIELD_SPLATS, params, config, option)) {
+        snprintf(why, WHY_BYTES, "since %s as given is not for splats", option);
+        bool only_mlp =
+            !can_have(VW_FIELD_HASH, params, config, option) && can_have(VW_FIELD_MLP, params, config, option);
+        return only_mlp ? VW_FIELD_MLP : VW_FIELD_HASH;
     }
-    if (!can_have(VW_FIELD_HASH, params, config, lacks)) {
-        snprintf(why, WHY_BYTES, "since a hash grid lacks %.150s", lacks);
-        return VW_FIELD_SPLATS;
-    }
-    if (params->lasting) {
-        snprintf(why, WHY_BYTES, "since splats lack lasting credit");
-        return VW_FIELD_HASH;
-    }
-    bool enough = points >= POINTS_LEAST;
-    if (enough)
+    bool only_splats = !can_have(VW_FIELD_HASH, params, config, option), enough = points >= POINTS_LEAST;
+    if (only_splats) snprintf(why, WHY_BYTES, "since %s as given is not for a hash grid", option);
+    else if (params->lasting) snprintf(why, WHY_BYTES, "since splats have no lasting credit");
+    else if (enough)
         snprintf(why, WHY_BYTES,
                  "which begin at the %" PRIu32 " points that train photos share; --field hash: a hash grid", points);
     else
         snprintf(why, WHY_BYTES, "since train photos share %" PRIu32 " points, and splats need %d to begin at", points,
                  POINTS_LEAST);
-    return enough ? VW_FIELD_SPLATS : VW_FIELD_HASH;
+    return only_splats || (enough && !params->lasting) ? VW_FIELD_SPLATS : VW_FIELD_HASH;
 }
 
 // ---- The size ------------------------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ struct vw_training_choice_params {
 };
 
 struct vw_training_choice {
-    char field[240], size[160]; // the choice and its reason, a line each; "": it was given
+    char field[160], size[160]; // the choice and its reason, a line each; "": it was given
 };
 
 // Chooses what is open: config->field where it is VW_FIELD_AUTO, scene->downscale where it is 0. Opens the scene, by
