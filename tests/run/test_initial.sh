@@ -39,6 +39,6 @@ check "a file that is no splats is refused by name" fails 2 'ledger.db: does not
     train third --initial "$folder/first/ledger.db"
 check "a file that is missing, too" fails 2 'none.ply' train third --initial "$folder/none.ply"
 check "the hash grid has no splats to begin with" fails 2 '--initial: needs --field splats' \
-    "$program" train "$scene" --out "$folder/third" "${small[@]}" --initial "$folder/second/field.ply"
+    "$program" train "$scene" --out "$folder/third" "${small[@]}" --quiet --initial "$folder/second/field.ply"
 check "nothing is written" test ! -e "$folder/third"
 conclude "$@"
