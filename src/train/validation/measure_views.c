@@ -107,21 +107,27 @@ static enum vw_status see(const struct vw_measured_field *measured, struct vw_ev
     return status;
 }
 
+// Chooses the pixels to fit a view's gain and bias on: single ones, since the few squares that steps of splats can
+// afford show too little of a photo (2 dB of fox).
+static uint32_t choose_fit(const struct vw_measured_field *measured, uint32_t view, uint32_t most,
+                           struct vw_pixel *pixels) {
+    if (!measured->fits) return 0;
+    return vw_pixels_stratify_squares(measured->scene, view, vw_view_fit_left_half(measured->scene, view), 0,
+                                      measured->masks, 1, most < VIEW_FIT_RAYS_MAX ? most : VIEW_FIT_RAYS_MAX, pixels);
+}
+
 // ---- A share of every view ------------------------------------------------------------------------------------------
 
 static enum vw_status measure_view(const struct vw_measured_field *measured, struct vw_evaluator *evaluator,
                                    uint32_t view, uint32_t pixels_max, struct seen_view *seen,
                                    struct vw_view_error *error) {
     const struct vw_scene *scene = measured->scene;
-    bool fits = measured->fits;
-    uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX,
-             side = measured->field->model->patch_side;
-    struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
-    seen->fit_count =
-        fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks, side, fit_max, seen->pixels) : 0;
-    seen->count =
-        seen->fit_count + vw_pixels_stratify_squares(scene, view, fits ? right : vw_pixels_all_columns(scene, view), 0,
-                                                     measured->masks, side, pixels_max, seen->pixels + seen->fit_count);
+    const struct vw_pixel_columns scored =
+        measured->fits ? vw_view_fit_right_half(scene, view) : vw_pixels_all_columns(scene, view);
+    seen->fit_count = choose_fit(measured, view, pixels_max, seen->pixels);
+    seen->count = seen->fit_count + vw_pixels_stratify_squares(scene, view, scored, 0, measured->masks,
+                                                               measured->field->model->patch_side, pixels_max,
+                                                               seen->pixels + seen->fit_count);
     return see(measured, evaluator, view, measured->allows_blank, seen, error);
 }
 
@@ -155,11 +161,8 @@ static bool halves(const struct vw_measured_field *measured) {
 static void choose_all(const struct vw_measured_field *measured, uint32_t view, const struct vw_whole_view *whole,
                        struct seen_view *seen) {
     const struct vw_scene *scene = measured->scene;
-    struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
-    seen->fit_count =
-        measured->fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks,
-                                                    measured->field->model->patch_side, VIEW_FIT_RAYS_MAX, seen->pixels)
-                       : 0;
+    struct vw_pixel_columns right = vw_view_fit_right_half(scene, view);
+    seen->fit_count = choose_fit(measured, view, UINT32_MAX, seen->pixels);
     seen->count = seen->fit_count + whole->width_px * whole->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
         uint32_t pixel = i - seen->fit_count;

@@ -23,7 +23,7 @@ struct vw_view_fit {          // all zero when validation fits nothing
 
 struct vw_pixel_columns vw_view_fit_left_half(const struct vw_scene *scene, uint32_t view);
 struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uint32_t view);
-enum { VIEW_FIT_RAYS_MAX = 128 }; // to fit a view on; more do not improve the fit of two numbers
+enum { VIEW_FIT_RAYS_MAX = 128 }; // single pixels to fit a view on; more do not improve the fit of two numbers
 
 struct vw_validation {           // all zero in a training without validation
     uint32_t *views, view_count; // owned; scene indices
