@@ -25,9 +25,9 @@ static const struct form {
     {VW_FIELD_SPLATS, .squares = 2, .harmonics = 1, .share = 0.8},
     {VW_FIELD_SPLATS, .squares = 4, .share = 0.8, .effects = "sky,appearance"},
     {VW_FIELD_SPLATS, .squares = 9, .harmonics = 3, .beta1 = 0.9, .share = 0.8, .effects = "background"},
-    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.95},
-    {VW_FIELD_SPLATS, .squares = 9, .harmonics = 1, .ssim_weight = 1.0, .share = 0.95, .effects = "sky,appearance"},
-    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.98, .effects = "sky,uncertainty"},
+    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.92},
+    {VW_FIELD_SPLATS, .squares = 9, .harmonics = 1, .ssim_weight = 1.0, .share = 0.92, .effects = "sky,appearance"},
+    {VW_FIELD_SPLATS, .squares = 3, .harmonics = 1, .ssim_weight = 0.2, .share = 0.92, .effects = "sky,uncertainty"},
 };
 enum { FORMS = VW_ARRAY_COUNT(forms) };
 
@@ -55,6 +55,7 @@ TEST_CASES(every_form_learns_whatever_its_submissions, form, FORMS) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_of_form(form);
     config.epochs = splats ? 16 : 12;
+    if (splats) config.learning_rate_decay = 1.0; // so few steps need their rates to the end
     struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7);
     double first = 0.0, last = 0.0;
     test_run_assert_same(one, many);

@@ -126,6 +126,27 @@ TEST(a_whole_view_is_the_render_beside_the_photo) {
     vw_whole_view_free(&whole);
 }
 
+// Measures by the scene at another size what the larger camera sees, bit for bit, beside its photo.
+TEST(a_whole_view_of_another_size_has_its_camera) {
+    struct vw_scene *scene = test_scene(), *sized = test_scene();
+    struct vw_view_error last[TEST_VALS];
+    struct vw_whole_view whole;
+    float *rgb = NULL;
+    struct vw_trainer *trainer = train(scene, "none", last);
+    uint32_t view = trainer->validation.views[0];
+    sized->views[view].camera.focal_x_px *= 1.5;
+    ASSERT_OK(vw_trainer_measure_whole(trainer, sized, view, &whole));
+    ASSERT_OK(vw_trainer_render_posed(trainer, view, &sized->views[view], false, &rgb));
+    assert_memory_equal(whole.rendered, rgb, 3 * sizeof *rgb * whole.width_px * whole.height_px);
+    free(rgb);
+    vw_whole_view_free(&whole);
+    ASSERT_OK(vw_trainer_measure_whole(trainer, NULL, view, &whole));
+    ASSERT_OK(vw_trainer_render(trainer, view, &rgb)); // the view has its own camera again
+    assert_memory_equal(whole.rendered, rgb, 3 * sizeof *rgb * whole.width_px * whole.height_px);
+    free(rgb);
+    vw_whole_view_free(&whole);
+}
+
 // Renders by a posed camera are those of a view that has it, bit for bit, alone and among others, and the view has its
 // own camera afterwards.
 static void check_posed(const char *effects, enum vw_field field, double k1) {

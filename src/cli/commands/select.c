@@ -89,13 +89,13 @@ static json_t *to_json(const struct selection_job *job) {
 // Prints the options of the scene that the list does not contain. Prints only known ones: a ledger may come from
 // anybody, and a shell reads this.
 static void print_scene_options(const struct selection_job *job) {
-    static const char *const known[] = {"downscale", "providers", "val-weights", "format", "pool", "val", "test"};
+    json_int_t downscale = json_integer_value(json_object_get(job->run.scene_options, "downscale"));
+    vw_print(" --downscale %" JSON_INTEGER_FORMAT, downscale ? downscale : 1); // not to be chosen anew
+    static const char *const known[] = {"providers", "val-weights", "format", "pool", "val", "test"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(known); i++) {
         const json_t *value = json_object_get(job->run.scene_options, known[i]);
-        if (value || i == 0) vw_print(" --%s", known[i]);
-        if (!value && i == 0) vw_print(" 1"); // the size is not to be chosen anew
-        if (json_is_integer(value)) vw_print(" %" JSON_INTEGER_FORMAT, json_integer_value(value));
-        else if (value) vw_print_shell_path(json_string_value(value) ? json_string_value(value) : "");
+        if (value) vw_print(" --%s", known[i]);
+        if (value) vw_print_shell_path(json_string_value(value) ? json_string_value(value) : "");
     }
 }
 

@@ -33,6 +33,19 @@ TEST(halves_share_no_column) {
     }
 }
 
+// A few squares of 8 x 8 pixels would show too little of a photo.
+TEST(splats_are_fitted_to_as_many_squares_as_are_scored) {
+    struct vw_scene *scene = synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 80, .height_px = 40});
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    strcpy(config.effects, "appearance");
+    config.val_rays = TEST_VALS * 4 * 64;
+    struct vw_ray_range fitted[TEST_VALS];
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
+    ASSERT_OK(vw_buffer_read(trainer->validation.view_fit.ranges, 0, fitted, sizeof fitted));
+    for (uint32_t view = 0; view < TEST_VALS; view++) assert_int_equal(fitted[view].count, 4 * 64);
+}
+
 static void darken(struct vw_view *view, double gain) {
     uint8_t *pixels = view->image.pixels;
     for (uint32_t i = 0; i < 4 * view->image.width_px * view->image.height_px; i++)
