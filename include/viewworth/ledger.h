@@ -123,7 +123,6 @@ struct vw_ledger_retraining {
     double val_psnr; // dB, mean over the ends of the last epochs; NaN: NULL in the ledger, it has no value
 };
 
-// A payout that is asked for.
 struct vw_payout_request {
     uint64_t cents; // 0: none
 };

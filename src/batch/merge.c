@@ -22,10 +22,6 @@
 
 enum { DEPTH_MAX = 4, RUNS_MAX = 1 << 14 }; // levels of folders below one; number of runs
 
-const char *vw_job_state_name(enum vw_job_state state) {
-    return (const char *const[]){"waiting", "running", "done", "failed", "stopped"}[state];
-}
-
 enum vw_status vw_batch_rows_add(struct vw_batch_rows *rows, const char *job, const char *folder) {
     if (rows->count == RUNS_MAX) return vw_fail(VW_ERROR_USAGE, "%s: more than %d runs; merge fewer", folder, RUNS_MAX);
     if (!vw_text_is_clean(job))
@@ -195,7 +191,8 @@ struct vw_rows vw_batch_rows_table(struct vw_batch_rows *rows) {
         {OF_RUN("report", TEXT_OR_NULL, report)},
         {VW_CELL("message", struct vw_batch_row, TEXT_OR_NULL, message), .title = "message"},
     };
-    for (uint32_t i = 0; i < rows->count; i++) rows->rows[i].state_name = vw_job_state_name(rows->rows[i].state);
+    static const char *const names[] = {"waiting", "running", "done", "failed", "stopped"};
+    for (uint32_t i = 0; i < rows->count; i++) rows->rows[i].state_name = names[rows->rows[i].state];
     return VW_ROWS(columns, rows->rows, rows->count);
 }
 

@@ -11,7 +11,6 @@ enum vw_job_state {
     VW_JOB_FAILED,
     VW_JOB_STOPPED // by an interrupt; the same command resumes it
 };
-const char *vw_job_state_name(enum vw_job_state state);
 
 // A run that is merged. Texts are owned.
 struct vw_merged_run {
@@ -59,7 +58,6 @@ enum vw_status vw_merge_check_out(const char *out);
 enum vw_status vw_batch_rows_merge(const char *out, struct vw_batch_rows *rows);
 // Writes summary.csv alone: the state of every row.
 enum vw_status vw_batch_rows_write(const char *out, struct vw_batch_rows *rows);
-// Returns the table of the rows.
 struct vw_rows vw_batch_rows_table(struct vw_batch_rows *rows);
 
 // Writes OUT/report.html of the first merged runs, as many as VW_MERGE_REPORTED_MAX, and of the tables of OUT. Takes

@@ -19,9 +19,7 @@ enum vw_status vw_manual_write(const struct vw_program *program, const char *fol
 // ---- Texts about an option, also for errors -------------------------------------------------------------------------
 
 const char *vw_option_section_title(enum vw_option_section section);
-// Returns true if the command accepts the option.
 bool vw_option_fits(const struct vw_option *option, const struct vw_program_command *command);
-// Returns true if the command requires --out.
 bool vw_command_needs_out(const struct vw_program_command *command);
 // Writes the numbers that an option accepts, for example "1 to 65536"; "" if it accepts no number.
 void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_BYTES]);

@@ -48,7 +48,7 @@ static const struct {
                                   "effects=+appearance_code,-appearance,-sky"},
 };
 
-const char *vw_option_preset_name(uint32_t preset) { return presets[preset].name; }
+static const char *preset_choice(uint32_t preset) { return presets[preset].name; }
 const char *vw_option_preset_options(enum vw_option_preset preset) { return presets[preset].options; }
 
 // ---- Options --------------------------------------------------------------------------------------------------------
@@ -286,7 +286,7 @@ const struct vw_option vw_option_table[] = {
     // The field.
     {"preset", NULL,
      "Options of a published method; explicit options override it, and it overrides --accuracy and --budget",
-     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(preset, vw_option_preset_name, VW_PRESET_PAPER)},
+     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(preset, preset_choice, VW_PRESET_PAPER)},
     {"field", NULL,
      "What is trained: a hash grid with two small networks, one deep network as in NeRF, or Gaussian splats; auto: "
      "splats where train photos share enough points, and the other options ask for nothing that splats lack, else the "

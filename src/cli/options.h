@@ -24,7 +24,6 @@ enum vw_option_preset {
     VW_PRESET_PAPER,
     VW_PRESET_COUNT
 };
-const char *vw_option_preset_name(uint32_t preset); // "none", "hash", "nerf", ...
 // Returns the options that a preset sets: "NAME=VALUE NAME=VALUE ...".
 const char *vw_option_preset_options(enum vw_option_preset preset);
 

@@ -195,7 +195,6 @@ static bool command_has(const struct vw_program *program, const struct vw_progra
     return false;
 }
 
-// Refuses an option without the one that it needs.
 static enum vw_status check_needs(const struct vw_program *program, const struct vw_program_command *command,
                                   const struct vw_options *options) {
     for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
@@ -217,7 +216,6 @@ static enum vw_status check_texts(int argc, char **argv) {
     return VW_OK;
 }
 
-// Takes the defaults of the field for options that are not given.
 static void take_field_defaults(struct vw_options *options) {
     const struct vw_config of_field = vw_config_of_field(options->config.field);
     uint32_t count;

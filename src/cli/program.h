@@ -89,7 +89,6 @@ struct vw_program {
     size_t options_bytes;
 };
 
-// Returns the number of options in both tables.
 static inline uint32_t vw_program_option_count(const struct vw_program *program) {
     return *program->tables[0].count + (program->tables[1].count ? *program->tables[1].count : 0);
 }

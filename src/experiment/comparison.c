@@ -14,7 +14,6 @@
 #include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 
-// A comparison while it is made.
 struct work {
     const struct vw_comparison_params *params;
     struct vw_comparison *comparison;
@@ -247,7 +246,6 @@ static json_t *list_to_json(const struct vw_comparison *comparison, uint32_t pla
                      errors);
 }
 
-// Adds an entry for a photo that some list has and another lacks.
 static void add_disagreement(const struct vw_comparison *comparison, uint32_t view, json_t **disagreements) {
     json_t *in = json_array(), *not_in = json_array();
     for (uint32_t l = 0; l < comparison->sets.count; l++) {

@@ -54,7 +54,6 @@ enum vw_status vw_seed_run_open(const char *out, uint64_t seed, struct vw_ledger
 
 enum { VW_PRICED_COMMANDS = 5, VW_PRICED_LEVELS = 4 };
 
-// A command that is priced.
 struct vw_priced_command {
     const char *name, *words; // "worth"; "worth --retrainings 64", which the price is of
     uint32_t trainings;       // at most

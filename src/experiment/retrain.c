@@ -33,7 +33,6 @@ static struct vw_saved_views saved_by(const struct vw_retrainer *retrainer,
     return saved;
 }
 
-// Lists the photos that a retraining leaves out.
 static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
     uint32_t count = 0, kept = 0;
     for (uint32_t i = 0; i < retrainer->train_count; i++)
@@ -139,7 +138,6 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hash_to_hex(hash, id);
 }
 
-// A retraining on its way.
 struct making {
     struct vw_trainer *trainer; // NULL: it is not made now
     const struct vw_retrain_params *retraining;

@@ -211,7 +211,6 @@ void vw_verified_lists_free(struct vw_verified_lists *lists) {
 
 // ---- The selection --------------------------------------------------------------------------------------------------
 
-// A verified selection while it is made.
 struct work {
     const struct vw_verified_selection_params *params;
     struct vw_verified_selection *result;

@@ -56,8 +56,6 @@ enum vw_status vw_worth_subsets_draw(const struct vw_worth_subsets_params *param
     return draw(drawn);
 }
 
-void vw_worth_subsets_free(struct vw_worth_subsets *drawn) { vw_subsets_free(&drawn->subsets); }
-
 // ---- Retrainings ---------------------------------------------------------------------------------------------------
 
 static bool has_player(const struct vw_subsets *subsets, uint32_t subset, uint32_t player) {
@@ -66,7 +64,6 @@ static bool has_player(const struct vw_subsets *subsets, uint32_t subset, uint32
     return false;
 }
 
-// Lists retraining `number`.
 static void list_photos(const struct vw_worth_subsets *drawn, uint32_t number, uint32_t *ids,
                         struct vw_ledger_retraining *retraining) {
     const struct vw_worth_subsets_params *params = &drawn->params;
@@ -92,8 +89,8 @@ enum vw_status vw_worth_retrainings_list(const struct vw_worth_subsets *drawn, u
     return VW_OK;
 }
 
-void vw_worth_retrainings_describe(const struct vw_ledger_retraining *retrainings, uint32_t count,
-                                   struct vw_retrain_params *trained) {
+static void describe(const struct vw_ledger_retraining *retrainings, uint32_t count,
+                     struct vw_retrain_params *trained) {
     for (uint32_t i = 0; i < count; i++)
         trained[i] = (struct vw_retrain_params){
             .views = retrainings[i].image_ids, .view_count = retrainings[i].image_count, .seed = retrainings[i].seed};
@@ -104,7 +101,7 @@ enum vw_status vw_worth_retrainings_train(struct vw_ledger_retraining *retrainin
     struct vw_retrain_params *trained = vw_allocate(count - first, sizeof *trained);
     struct vw_retrain_result *results = vw_allocate(count - first, sizeof *results);
     enum vw_status status = trained && results ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) vw_worth_retrainings_describe(retrainings + first, count - first, trained);
+    if (!status) describe(retrainings + first, count - first, trained);
     if (!status) status = retrain(context, trained, count - first, results);
     for (uint32_t i = first; !status && i < count; i++)
         retrainings[i].val_psnr = isfinite(results[i - first].val_psnr) ? results[i - first].val_psnr : NAN;
@@ -204,7 +201,7 @@ static enum vw_status announce(struct work *work) {
     struct vw_ledger_retraining *rows = NULL;
     struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
     enum vw_status status = trained ? list_retrainings(work, first + count, &rows) : VW_ERROR_MEMORY;
-    if (!status) vw_worth_retrainings_describe(rows + first, count, trained);
+    if (!status) describe(rows + first, count, trained);
     if (!status) status = vw_retrainer_announce(&work->retrainer, trained, count);
     free(rows);
     free(trained);
@@ -229,11 +226,6 @@ static enum vw_status retrain(struct work *work) {
 
 // ---- Outputs -------------------------------------------------------------------------------------------------------
 
-// Compares the scores of the ledger, which this command may have left as they were, with those that are written now.
-static enum vw_status check_written(struct work *work) {
-    return vw_scoring_compare(&work->result->scoring, work->ledger, work->result->recorded.ledger_path);
-}
-
 static enum vw_status write_outputs(struct work *work) {
     struct vw_recorded_run *recorded = &work->result->recorded;
     struct vw_run_outputs_params params = {
@@ -248,7 +240,7 @@ static enum vw_status write_outputs(struct work *work) {
         .effect_count = recorded->effect_count,
         .payout_cents = work->payout_cents,
         .report = {.device = work->params->devices.first, .options = work->params->report}};
-    enum vw_status status = check_written(work);
+    enum vw_status status = vw_scoring_compare(&work->result->scoring, work->ledger, recorded->ledger_path);
     if (!status) status = write_scores(work);
     if (!status) status = vw_recorded_load_field(recorded, &params.trainer);
     if (!status) status = vw_run_outputs_make(&params, &work->result->outputs);
@@ -354,7 +346,7 @@ enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
 }
 
 static void close_work(struct work *work) {
-    vw_worth_subsets_free(&work->drawn);
+    vw_subsets_free(&work->drawn.subsets);
     vw_retrainer_close(&work->retrainer);
     vw_session_close_recorded(&work->session);
     vw_ledger_close(&work->ledger);
@@ -406,7 +398,7 @@ static enum vw_status make_again(struct work *work, uint32_t count) {
     struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
     enum vw_status status =
         trained && results ? list_retrainings(work, scoring->retraining_count, &rows) : VW_ERROR_MEMORY;
-    if (!status) vw_worth_retrainings_describe(rows, count, trained);
+    if (!status) describe(rows, count, trained);
     if (!status) status = vw_retrain_announced(&work->retrainer, trained, count, results);
     if (!status) status = compare_all(work, trained, results, count);
     free(rows);

@@ -58,7 +58,6 @@ enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const 
                                             struct vw_workgroups groups);
 enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_buffer *from, struct vw_buffer *to,
                                         VkBufferCopy region);
-// Returns the number of barriers between the stages.
 uint32_t vw_command_list_barriers(const struct vw_command_list *list);
 // Returns whether the list has the same commands as when it was written last, apart from what is pushed.
 bool vw_command_list_is_written(const struct vw_command_list *list);
@@ -67,7 +66,6 @@ bool vw_command_list_is_written(const struct vw_command_list *list);
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, VkDescriptorSet pushes,
                            struct vw_submission_timer *timer);
 
-// Returns how many commands the submission recorded.
 uint32_t vw_submission_commands(const struct vw_submission *submission);
 // Returns how many barriers are between them; the one that ends the submission does not count.
 uint32_t vw_submission_barriers(const struct vw_submission *submission);

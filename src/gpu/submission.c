@@ -49,11 +49,6 @@ static enum vw_status create_pushes(struct vw_gpu *gpu, struct pushes *pushes) {
     return result ? vw_gpu_fail(result, "vkAllocateDescriptorSets", "push blocks") : VW_OK;
 }
 
-static void destroy_pushes(struct vw_gpu *gpu, struct pushes *pushes) {
-    if (!gpu->hung) vkDestroyDescriptorPool(gpu->device, pushes->pool, NULL);
-    vw_buffer_destroy(&pushes->buffer);
-}
-
 // Makes room: whatever block a dispatch binds, its range is as long as the largest one.
 static enum vw_status reserve_pushes(struct vw_gpu *gpu, struct pushes *pushes, size_t size_bytes) {
     struct vw_buffer_params params = {
@@ -338,8 +333,9 @@ void vw_submission_destroy(struct vw_submission **submission) {
         vkDestroyFence(dying->gpu->device, dying->fence, NULL);
         vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
         vw_submission_timer_destroy(dying->gpu, &dying->timer);
+        vkDestroyDescriptorPool(dying->gpu->device, dying->pushes.pool, NULL);
     }
-    destroy_pushes(dying->gpu, &dying->pushes);
+    vw_buffer_destroy(&dying->pushes.buffer);
     vw_command_list_free(&dying->list);
     free(dying);
     *submission = NULL;

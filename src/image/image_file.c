@@ -29,7 +29,6 @@ static const uint64_t DECODER_BYTES = UINT64_C(256) << 20; // for decoders, what
 
 // ---- Opening --------------------------------------------------------------------------------------------------------
 
-// An open file.
 struct photo_file {
     const char *path; // borrowed
     int descriptor;

@@ -195,7 +195,7 @@ static enum vw_status retrain_for_worth(struct work *work, uint32_t valued, stru
     enum vw_status status = vw_worth_subsets_draw(&params, &drawn);
     if (!status) status = vw_worth_retrainings_list(&drawn, most, retrainings);
     if (!status) status = vw_worth_retrainings_train(*retrainings, 0, most, vw_retrain, &work->retrainer);
-    vw_worth_subsets_free(&drawn);
+    vw_subsets_free(&drawn.subsets);
     return status;
 }
 

@@ -18,12 +18,9 @@ static enum vw_status open_handle(const char *path, const char *name, int flags,
     return vw_database_set_limits(database);
 }
 
-// Makes commits survive a power cut. EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it,
-// a power cut could restore the journal, which would undo a transaction that was reported as recorded.
-static enum vw_status make_durable(struct vw_database *database) {
-    return vw_database_run(database,
-                           "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
-}
+// Commits survive a power cut. EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it, a
+// power cut could restore the journal, which would undo a transaction that was reported as recorded.
+static const char durable_sql[] = "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;";
 
 enum vw_status vw_database_open_memory(const char *path, const struct vw_database_format *format,
                                        struct vw_database *database) {
@@ -109,7 +106,7 @@ enum vw_status vw_database_open(const char *path, const struct vw_database_forma
     free(name);
     if (!status && access == VW_DATABASE_READ) status = take_snapshot(database, format);
     if (!status) status = check(database, format);
-    if (!status && access == VW_DATABASE_APPEND) status = make_durable(database);
+    if (!status && access == VW_DATABASE_APPEND) status = vw_database_run(database, durable_sql);
     return status;
 }
 

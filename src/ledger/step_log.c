@@ -19,7 +19,6 @@ static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a row has at least 10
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
 static const char *const column_names[COLUMN_COUNT] = {"step", "epoch", "photo", "psnr", "l1"};
 
-// A log while it is read.
 struct reading {
     struct vw_step_log *log;
     uint32_t places[COLUMN_COUNT]; // position of each column in a row

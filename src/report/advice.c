@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "value/lasting_scores.h"
 #include "viewworth/selection.h"
 #include "viewworth/value.h"
@@ -45,20 +46,15 @@ static enum vw_status mark_looks(const struct vw_results *results, struct vw_adv
 
 // ---- Photos that can be left out, and those that cannot ------------------------------------------------------------
 
-static int compare_values(const void *left, const void *right) {
-    double a = *(const double *)left, b = *(const double *)right;
-    return a > b ? -1 : a < b;
-}
-
-// Returns 1 for the highest; equal values share the best rank. `values` are the highest first.
-static uint32_t rank_of(const double *values, uint32_t count, double value) {
+// Returns 1 for the highest of the sorted values; equal values share the best rank.
+static uint32_t rank_of(const double *sorted, uint32_t count, double value) {
     uint32_t low = 0, high = count;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2;
-        if (values[middle] > value) low = middle + 1;
-        else high = middle;
+        if (sorted[middle] > value) high = middle;
+        else low = middle + 1;
     }
-    return low + 1;
+    return count - low + 1;
 }
 
 static uint8_t judge_worth(const struct vw_ledger_score *score, uint32_t rank, uint32_t count, double removable_db) {
@@ -75,9 +71,9 @@ static uint8_t judge_order(const struct vw_ledger_score *score, uint32_t rank, u
     return score->rank_ci_high <= (count + 3) / 4 ? VW_MARK_IRREPLACEABLE : 0;
 }
 
-// Returns the value below which an interval of worth has to end. `values` are the highest first.
-static double removable_below(const double *values, uint32_t count, double noise_db) {
-    double median = (values[(count - 1) / 2] + values[count / 2]) / 2;
+// Returns the value below which an interval of worth has to end.
+static double removable_below(const double *sorted, uint32_t count, double noise_db) {
+    double median = vw_quantile_of_sorted(sorted, count, 0.5);
     return noise_db < median ? noise_db : isnan(noise_db) ? 0 : median;
 }
 
@@ -87,7 +83,7 @@ static enum vw_status mark_worth(const struct vw_results *results, struct vw_adv
     if (!values) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < results->score_count; i++)
         if (is_known(&results->scores[i], advice->basis)) values[count++] = results->scores[i].value;
-    qsort(values, count, sizeof *values, compare_values);
+    vw_sort(values, count);
     for (uint32_t i = 0; i < results->score_count; i++) {
         const struct vw_ledger_score *score = &results->scores[i];
         if (!is_known(score, advice->basis)) continue;

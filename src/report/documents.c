@@ -94,7 +94,6 @@ static json_t *record_to_json(const struct vw_csv *csv) {
     return array;
 }
 
-// Reads the rows after the header.
 static enum vw_status read_rows(struct vw_csv *csv, json_t **rows) {
     bool found = true;
     size_t cells = 0;

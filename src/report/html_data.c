@@ -112,7 +112,6 @@ static const struct vw_column step_columns[] = {
     VW_COLUMN_AS("l1", struct vw_step_record, REAL_OR_NULL, val_l1),
 };
 
-// Sums over all steps.
 struct totals {
     uint64_t stride, count, nonfinite, clamped, floored, epochs;
     double first_psnr, last_psnr;

@@ -26,7 +26,6 @@ struct vw_report_picture {
 enum vw_advice_mark { VW_MARK_REMOVABLE = 1, VW_MARK_IRREPLACEABLE = 2, VW_MARK_LOOK = 4, VW_MARK_LONE = 8 };
 enum vw_advice_word { VW_ADVICE_KEEP, VW_ADVICE_LOOK, VW_ADVICE_UNCLEAR, VW_ADVICE_DROP, VW_ADVICE_COUNT };
 
-// Advice on a photo that is trained on.
 struct vw_photo_advice {
     const struct vw_ledger_image *image; // borrowed
     uint8_t marks;                       // enum vw_advice_mark

@@ -122,7 +122,6 @@ static enum vw_status write_first_rows(struct vw_run *run, const struct vw_ledge
     return status;
 }
 
-// Creates the ledger, with the run row and the image rows.
 static enum vw_status create_ledger(struct vw_run *run) {
     struct vw_ledger_image *images = NULL;
     char(*hashes)[VW_HASH_HEX_BYTES] = NULL;

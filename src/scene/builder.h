@@ -50,7 +50,6 @@ enum vw_status vw_scene_find_beside(const char *folder, const char *image_path, 
 enum vw_status vw_scene_builder_count_missing(struct vw_scene_builder *builder, const char *name);
 // Adds notes on missing and rescaled photos.
 enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *builder);
-// Adds a line to the scene's notes.
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
 // Makes all views findable by name, once the loader has appended them.
 enum vw_status vw_scene_index_names(struct vw_scene *scene);

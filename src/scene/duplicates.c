@@ -172,16 +172,13 @@ static double compare(const struct fingerprint *a, const struct fingerprint *b, 
 
 // ---- Where they were taken ----
 
-static double distance(const double a[3], const double b[3]) {
-    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
-
 // Returns the distance of the nearest thing in the view: its near depth if known, otherwise the distance of the box's
 // centre.
 static double depth_of(const struct vw_scene *scene, const struct vw_view *view) {
     if (view->near_world > 0) return view->near_world;
-    const double position[3] = {view->camera_to_world[0][3], view->camera_to_world[1][3], view->camera_to_world[2][3]};
-    return distance(position, scene->box.centre_world);
+    double away[3];
+    for (int i = 0; i < 3; i++) away[i] = view->camera_to_world[i][VW_POSE_POSITION] - scene->box.centre_world[i];
+    return hypot(hypot(away[0], away[1]), away[2]);
 }
 
 static bool stand_together(const struct vw_scene *scene, const struct vw_view *a, const struct vw_view *b) {

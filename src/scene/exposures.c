@@ -110,7 +110,6 @@ static const double STEP_MOST = 0.3;          // share of a gain at a time, as t
 static const double HUBER_SPREADS = 1.345;    // 95 % as efficient as least squares where errors are normal
 static const double SPREAD_MIN = 1.0 / 255.0; // that of rounding
 
-// A fit of one channel.
 struct fit {
     const struct observations *observations; // borrowed
     int channel;

@@ -171,10 +171,6 @@ static void downscale_tracks(struct vw_scene *scene, uint32_t factor) {
     }
 }
 
-static void downscale_camera(struct vw_camera *camera, uint32_t factor) {
-    vw_camera_resize(vw_downscaled_px(camera->width_px, factor), vw_downscaled_px(camera->height_px, factor), camera);
-}
-
 // ---- Pixels ----
 
 struct repairs {
@@ -250,14 +246,18 @@ static enum vw_status note_repairs(struct vw_scene *scene, const struct repairs 
 enum vw_status vw_photos_read(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
     struct repairs repairs = {0};
+    uint32_t factor = builder->params->downscale;
     enum vw_status status = find_masks(builder);
     if (!status) status = vw_features_find(builder);
     if (status) return status;
     status = vw_photo_source_create(builder);
     if (status) return status;
-    downscale_tracks(scene, builder->params->downscale);
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        downscale_camera(&scene->views[v].camera, builder->params->downscale);
+    downscale_tracks(scene, factor);
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        struct vw_camera *camera = &scene->views[v].camera;
+        vw_camera_resize(vw_downscaled_px(camera->width_px, factor), vw_downscaled_px(camera->height_px, factor),
+                         camera);
+    }
     if (!builder->params->headers_only) status = read_files(scene, &repairs);
     if (status) return status;
     for (int c = 0; c < 3; c++) scene->background[c] = scene->has_alpha ? 1 : 0; // white is Blender's convention

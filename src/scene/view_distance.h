@@ -16,7 +16,6 @@ struct vw_view_scales {
 };
 // Finds the units of a scene, as vw_scene_view_distances() says. VW_ERROR_USAGE below two train views.
 enum vw_status vw_view_scales_find(const struct vw_scene *scene, struct vw_view_scales *scales);
-// Returns the distance of two positions, in world units.
 double vw_view_between_world(const struct vw_view *a, const struct vw_view *b);
 // Returns the distance of two poses as vw_view_distance.ratio says it: 1 is usual between neighbours.
 double vw_view_apart(const struct vw_view_scales *scales, const struct vw_view *a, const struct vw_view *b);

@@ -26,7 +26,6 @@ struct vw_device_choices {
     uint32_t slice_samples; // per partial sum of the weights' gradient: VW_FIELD_GROUP or a part; changes the last bits
 };
 
-// Chooses for the kind of device.
 void vw_device_choose(const struct vw_gpu_info *info, struct vw_device_choices *choices);
 
 #endif

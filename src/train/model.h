@@ -70,7 +70,6 @@ void vw_model_destroy(struct vw_model *model);
 
 // Lays out columns after all so far, which update_weights moves, with so many trainable numbers; returns the first.
 uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count);
-// Returns whether a view is trained on.
 bool vw_model_trains_on(const struct vw_model *model, const struct vw_scene *scene, uint32_t view);
 
 // Returns where columns lie.
@@ -84,7 +83,6 @@ struct vw_adam vw_adam_of(const struct vw_specialization *specialization);
 // taken.
 double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step);
 
-// Returns the key of a step's random numbers.
 vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step);
 
 // Returns `rays` rounded up to whole groups.

@@ -20,7 +20,6 @@ struct vw_binding vw_step_overflow_binding(const struct vw_step_passes *step, ui
                                .size_bytes = OVERFLOW_BYTES};
 }
 
-// Returns the buffers of effects, by slot.
 static struct vw_effect_buffers effect_buffers_of(const struct vw_step_passes *step) {
     return (struct vw_effect_buffers){step->field->params, step->field->effect_buffers, step->effect_buffers};
 }

@@ -162,7 +162,6 @@ static void take_photos_or_fail(struct vw_trainer *trainer) {
     if (trainer->failure) trainer->why = vw_error_save();
 }
 
-// Records the next steps, up to the last one.
 static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *submission) {
     uint32_t row = index * rows_per_slot(trainer), steps = trainer->photo_order.submission_steps;
     uint32_t pixel = index * trainer->photo_order.submission_steps_max * trainer->config.rays;

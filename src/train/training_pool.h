@@ -37,7 +37,6 @@ struct vw_training_pool {
     uint32_t together; // trainings on each device; 0: as many as it suggests, by the memory that the first one takes
     // Begins the training seat->place on seat->device; `*answer` is VW_POOL_SEATED. A failure leaves nothing open.
     enum vw_status (*begin)(void *context, const struct vw_pool_seat *seat, enum vw_pool_answer *answer);
-    // Takes one submission of steps.
     enum vw_status (*advance)(void *context, const struct vw_pool_seat *seat, bool *ended);
     // Closes a training that has ended, or failed with `status`. What it returns counts.
     enum vw_status (*end)(void *context, const struct vw_pool_seat *seat, enum vw_status status);

@@ -14,7 +14,6 @@ enum { ENTRIES_FREE = 65536 }; // for a matrix that may have more entries than t
 
 // ---- From the ledger's rows ----
 
-// A matrix while its entries are summed.
 struct summing {
     const struct vw_value_input *input;
     struct vw_matrix *matrix;
@@ -32,7 +31,6 @@ static uint32_t place_of(const struct summing *summing, uint32_t image_id, const
     return summing->places[image - input->images];
 }
 
-// Returns the row of the photo that a step trained on.
 static uint32_t row_of(const struct summing *summing, uint64_t step) {
     const struct vw_value_input *input = summing->input;
     const struct vw_step_record *record = step < input->record_count ? &input->records[step] : NULL;

@@ -44,11 +44,6 @@ static int compare_groups(const void *left, const void *right) {
     return strcmp(a->provider, b->provider);
 }
 
-static bool is_additive(const char *method) {
-    const struct vw_value_method *about = vw_value_method_find(method);
-    return about && about->additive;
-}
-
 static struct vw_provider_score add_up(const struct member *members, uint32_t count) {
     struct vw_provider_score group = {.provider = members[0].provider,
                                       .method = members[0].score->method,
@@ -84,7 +79,8 @@ enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t
     for (uint32_t first = 0, end; !status && first < score_count; first = end) {
         uint32_t first_group = count;
         end = end_of_run(members, score_count, first, false);
-        if (!is_additive(members[first].score->method)) continue;
+        const struct vw_value_method *method = vw_value_method_find(members[first].score->method);
+        if (!method || !method->additive) continue;
         for (uint32_t i = first, next; i < end; i = next) {
             next = end_of_run(members, end, i, true);
             made[count++] = add_up(&members[i], next - i);

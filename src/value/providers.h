@@ -29,7 +29,6 @@ enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t
                                   const struct vw_ledger_image *images, uint32_t image_count,
                                   struct vw_provider_score **groups, uint32_t *group_count);
 
-// A duplicate and its score.
 struct vw_duplicate_score {
     uint32_t group;
     double similarity;

@@ -35,7 +35,6 @@ static enum vw_status refuse_method(const struct vw_ledger_score *scores, uint32
     return status;
 }
 
-// Orders scores, best first.
 static int compare_scores(const void *left, const void *right) {
     return vw_score_compare(*(const struct vw_ledger_score *const *)left,
                             *(const struct vw_ledger_score *const *)right);
@@ -150,7 +149,6 @@ enum { OUTLIER_PHOTOS_LEAST = 5 }; // among fewer, median and spread say little
 enum evidence { FIT, CREDIT_PSNR, CREDIT_LOSS, EVIDENCE_COUNT };
 static const char *const evidence_methods[EVIDENCE_COUNT] = {"train_fit", "dv_psnr", "dv_loss"};
 
-// A selection without outliers while it is made.
 struct search {
     const struct vw_ledger_image *images;
     uint32_t image_count;

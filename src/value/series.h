@@ -9,10 +9,8 @@
 #include "viewworth/types.h"
 #include "viewworth/value.h"
 
-// The validation measures that scores are computed from.
 enum vw_measure { VW_MEASURE_PSNR, VW_MEASURE_L1 };
 
-// The forms of the delta.
 enum vw_form {
     VW_FORM_STEP,    // the measure after the step minus the last value before it
     VW_FORM_REVISIT, // the measure after the step minus the one after the photo's previous visit; over all visits these

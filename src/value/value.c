@@ -12,13 +12,11 @@
 #include "value/quality.h"
 #include "value/uncertainty.h"
 
-// The sums for one photo.
 struct statistics {
     double sum;
     uint32_t visits;
 };
 
-// One method while its scores are computed.
 struct scoring {
     const struct vw_method *method;
     const struct vw_value_input *input;

@@ -12,7 +12,6 @@
 #include "value/halves.h"
 #include "value/series.h"
 
-// Two scores of every photo, side by side.
 struct pair {
     double *first, *second; // owned, in one allocation
     uint32_t count;
@@ -23,11 +22,6 @@ static enum vw_status create_pair(uint32_t count, struct pair *pair) {
     if (!pair->first) return VW_ERROR_MEMORY;
     pair->second = pair->first + count;
     return VW_OK;
-}
-
-static void clear_pair(struct pair *pair) {
-    memset(pair->first, 0, pair->count * sizeof *pair->first);
-    memset(pair->second, 0, pair->count * sizeof *pair->second);
 }
 
 // ---- Epochs --------------------------------------------------------------------------------------------------------
@@ -68,7 +62,8 @@ static enum vw_status measure_epochs(const struct vw_value_input *input, struct 
 // Sums the columns of each half. Halves of an odd number differ by one photo.
 static void sum_halves(const struct vw_value_input *input, const struct vw_matrix *matrix, const uint8_t *of_images,
                        struct pair *sums) {
-    clear_pair(sums);
+    memset(sums->first, 0, sums->count * sizeof *sums->first);
+    memset(sums->second, 0, sums->count * sizeof *sums->second);
     for (uint32_t v = 0; v < matrix->view_count; v++) {
         const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, matrix->views[v]);
         if (!image) continue;

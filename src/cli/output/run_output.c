@@ -63,7 +63,6 @@ static json_t *profile_to_json(const struct vw_run_results *results) {
     return passes;
 }
 
-// Prints how far the ranking can be believed.
 static void print_agreement(const struct vw_ranking_agreement *agreement) {
     if (isfinite(agreement->better_training))
         vw_print("ranks    by a training of ten times the cost would agree with these by about %.2f (Spearman)\n",

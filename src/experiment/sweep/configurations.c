@@ -36,7 +36,6 @@ static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest f
 
 // ---- Configurations ----
 
-// Adds a configuration with that config.
 static enum vw_status add(struct vw_sweep_configurations *configurations, const char *parameter, const char *value,
                           const struct vw_config *config) {
     if (configurations->count == VW_CONFIGURATIONS_MAX)
@@ -61,7 +60,6 @@ static bool has(const struct vw_config *config, const struct sweep *sweep) {
     return sweep->fields >> config->field & 1;
 }
 
-// Describes the value of every parameter at the base.
 static void describe_base(uint32_t downscale, struct vw_sweep_configuration *base) {
     size_t used = 0, size_bytes = sizeof base->value;
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && used < size_bytes; i++)

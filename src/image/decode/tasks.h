@@ -10,7 +10,6 @@
 #include "image/decoder_protocol.h"
 #include "image/image.h"
 
-// Answers that a task has failed.
 void vw_task_fail(enum vw_status status, const char *message, struct vw_decoder_answer *answer);
 void vw_task_read_header(const struct vw_decoder_request *request, const void *file, size_t file_bytes,
                          struct vw_decoder_answer *answer);

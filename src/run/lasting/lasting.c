@@ -21,7 +21,6 @@ enum { GATE_EPOCHS = 6, GATE_PHOTOS = 6 };
 static const double BACKWARD_PASS = 2.5; // times a run: 2.4 (courtyard) and 2.5 (fox), draft, lavapipe, 2026-11-27
 static const double SAVE_INTERVAL_S = 30;
 
-// A backward pass on its way.
 struct backward {
     const struct vw_backward_params *params;
     struct vw_lasting *lasting;

@@ -19,7 +19,6 @@ enum vw_status vw_checksums_hash(const char *out, const char *name, char sha256[
 // Returns VW_ERROR_MISMATCH unless OUT/field.vwf is there and has the hash that the ledger names.
 enum vw_status vw_checksums_check_field(const char *out, const char *recorded_sha256);
 
-// Writes a result file.
 enum vw_status vw_result_write(const char *out, const char *name, const void *data, size_t size_bytes);
 // Writes a table that was made in memory, unless making it failed (`status`), and frees it.
 enum vw_status vw_result_write_table(enum vw_status status, const char *out, const char *name,

@@ -28,7 +28,6 @@ enum vw_status vw_scored_run_select(const struct vw_scored_run *run, const struc
                                     struct vw_selection *selection);
 void vw_scored_run_close(struct vw_scored_run *run);
 
-// Returns how many photos the run was trained on.
 uint32_t vw_scored_run_train_count(const struct vw_scored_run *run);
 // Writes a selection of the run's images to the path `to`, as vw_photo_list_write() does. Without a selection it only
 // checks whether one can be written there.

@@ -193,7 +193,6 @@ static enum vw_status check_expected(const char *expected) {
     return vw_fail(VW_ERROR_USAGE, "--expect: \"%s\" is not a head, which has 64 hexadecimal digits", expected);
 }
 
-// The sources of tables; all borrowed.
 struct table_sources {
     const char *out;
     struct vw_ledger *ledger;

@@ -30,7 +30,6 @@ struct vw_verify_item {
 };
 enum { VW_VERIFY_ITEMS_MAX = 32 };
 
-// The findings about an intact run.
 struct vw_verification {
     char *ledger_path; // owned
     char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];

@@ -125,17 +125,14 @@ enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struc
 
 // ---- The loader ----
 
-const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder) {
-    return strstr(model_folder + strlen(scene_folder), "dense/") ? "dense/images" : "images";
-}
-
 static enum vw_status load_model(struct vw_scene_builder *builder, const char *model_folder,
                                  struct vw_colmap_model *model, uint32_t **views) {
     enum vw_status status = vw_colmap_read(model_folder, builder->folder, model);
     if (status) return status;
     *views = vw_allocate(model->image_count, sizeof **views);
     if (!*views) return VW_ERROR_MEMORY;
-    status = vw_colmap_add_views(builder, model, vw_colmap_photo_folder(builder->folder, model_folder), *views);
+    bool dense = strstr(model_folder + strlen(builder->folder), "dense/");
+    status = vw_colmap_add_views(builder, model, dense ? "dense/images" : "images", *views);
     if (!status) status = vw_colmap_take_points(model, *views, builder->scene);
     return status ? status : vw_bounds_choose(NULL, builder->scene);
 }

@@ -21,7 +21,6 @@ struct vw_colmap_feature {
     double x_px, y_px;
 };
 
-// A registered image.
 struct vw_colmap_image {
     uint32_t id;
     char *name;      // owned; relative to the folder of the photos; safe (see vw_path_leaves_folder) and unique
@@ -57,9 +56,6 @@ struct vw_colmap_model {
 // Finds the folder of the model in a scene folder, owned by the caller: the first of sparse/0, sparse, dense/sparse/0
 // and dense/sparse that has cameras.bin or cameras.txt. NULL if there is none (without a message).
 char *vw_colmap_find(const char *scene_folder);
-
-// Returns the folder of the photos of such a model, relative to the scene folder: "images" or "dense/images".
-const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder);
 
 // Reads a model; binary files take precedence over text. Refuses model files and image names that leave `scene_folder`,
 // also through links. Does not check whether the photos exist. VW_ERROR_INPUT with one line that names file and field;

@@ -33,7 +33,6 @@ struct vw_tsv {
 // with one line that names the file and the line. The caller frees it with vw_tsv_clear().
 enum vw_status vw_tsv_read(const char *folder, const char *path, struct vw_tsv *tsv);
 void vw_tsv_clear(struct vw_tsv *tsv); // accepts an empty one
-// Returns all fields of a row.
 char *const *vw_tsv_fields(const struct vw_tsv *tsv, size_t row);
 
 // Returns whether a file begins with such a header.

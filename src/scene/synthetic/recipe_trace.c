@@ -44,7 +44,6 @@ static bool point_behind(const struct point_maker *maker, uint32_t view_index, u
     return true;
 }
 
-// Returns whether a view sees a point, and where.
 static bool view_sees(const struct point_maker *maker, uint32_t view_index, const double position[3],
                       struct vw_track *track) {
     const struct vw_view *view = &maker->scene->views[view_index];

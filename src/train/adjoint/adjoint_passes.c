@@ -460,21 +460,17 @@ void vw_adjoint_record_product(const struct vw_adjoint_passes *backward, struct 
     vw_step_record_clear(step, submission);
 }
 
-static void record_reduce(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint32_t row) {
-    const struct vw_push_reduce reduce = {.count = VW_ADJOINT_GROUPS, .scalar_row = row};
-    vw_submission_dispatch(submission, backward->reduce, &reduce, sizeof reduce, 1);
-}
-
 static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                            const struct vw_push_rays *rays, uint32_t row) {
     const struct vw_step_passes *step = backward->context->step;
     const struct vw_push_block block = {.count = block_vectors(backward),
                                         .beta1 = step->field->model->specialization.beta1};
+    const struct vw_push_reduce reduce = {.count = VW_ADJOINT_GROUPS, .scalar_row = row};
     record_restore(backward, submission, backward->blocks.before); // its pose params correct the rays of the photo
     vw_submission_dispatch(submission, vw_volume_step_of(step)->gradient.of_rays.generate, rays, sizeof *rays,
                            step->padded_rays);
     vw_submission_dispatch(submission, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);
-    record_reduce(backward, submission, row);
+    vw_submission_dispatch(submission, backward->reduce, &reduce, sizeof reduce, 1);
     vw_adjoint_record_product(backward, submission, rays);
 }
 

@@ -100,15 +100,12 @@ static void begin(struct vw_lasting *lasting, uint64_t next_step) {
     lasting->replaying = true;
 }
 
-static uint32_t count_measures(const struct vw_lasting *lasting, bool by_view) {
-    return ADJOINT_OF_VIEWS + (by_view ? lasting->replay.context->validation->view_count : 0);
-}
-
 static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_lasting_params *params) {
     enum vw_status status =
         vw_step_replay_create(params->training, params->replayed, params->context, &lasting->replay);
     if (status) return status;
-    uint32_t measures = count_measures(lasting, params->by_view);
+    uint32_t views = params->by_view ? lasting->replay.context->validation->view_count : 0;
+    uint32_t measures = ADJOINT_OF_VIEWS + views;
     uint64_t memory_bytes =
         params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->replay.context->field->gpu);
     lasting->backward_steps = (lasting->replay.submission_steps * ADJOINT_OF_VIEWS + measures - 1) / measures;

@@ -52,7 +52,6 @@ struct vw_stored_steps {
     struct vw_buffer *moments;         // capacity blocks, too; NULL without momentum
 };
 
-// Bytes that one step takes.
 uint64_t vw_stored_step_bytes(const struct vw_step_passes *step);
 enum vw_status vw_stored_steps_create(const struct vw_step_passes *step, uint32_t capacity,
                                       struct vw_stored_steps *stored);

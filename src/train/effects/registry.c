@@ -231,7 +231,6 @@ static enum vw_status follow_renderer(const struct vw_config *config, struct vw_
     return status;
 }
 
-// Refuses effects that the config cannot have.
 static enum vw_status check_config(const struct vw_config *config, const struct vw_effect_decision *decisions,
                                    uint32_t count) {
     bool transient = vw_effects_is_on(decisions, count, "transient");

@@ -32,7 +32,6 @@ struct vw_effect {
 // Returns all effects, in the order of decisions.
 const struct vw_effect *vw_effects_get(uint32_t *count);
 
-// Returns whether the renderer of a field can have the effect.
 bool vw_effect_works_with(const struct vw_effect *effect, enum vw_field field);
 
 // Returns whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is

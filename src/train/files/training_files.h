@@ -46,7 +46,6 @@ void vw_hashed_file_close(struct vw_hashed_file *file);
 // Puts the payload, whose size the caller has checked, into the buffers; a tail stays in the payload.
 enum vw_status vw_hashed_file_load(const struct vw_hashed_file *file, const struct vw_buffer_list *list);
 
-// Saves the state after `step` of the run.
 enum vw_status vw_checkpoint_save(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t step,
                                   const struct vw_step_passes *passes);
 // Reads such a file of `state_bytes`, and the step's number, without a device. The same errors as below; close it.

@@ -59,7 +59,6 @@ uint32_t vw_validation_rows_per_measurement(const struct vw_validation *validati
 void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission,
                           uint32_t scalar_row);
 
-// The result of a measurement.
 struct vw_field_measurement {
     double val_psnr, val_psnr_pooled, val_l1; // as in vw_step_record
     uint32_t floored_views;
