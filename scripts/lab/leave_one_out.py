@@ -1,7 +1,9 @@
 """What a finished `viewworth-lab benchmark --leave-one-out` has recorded: leave-one-out by seed, scores by seed, and the
 statistics that compare them. For compare_losses and compare_scores."""
+import csv
 import itertools
 import math
+import os
 import sqlite3
 
 STUDENT = [12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201]  # 97.5 %, 1 to 11 degrees
@@ -78,6 +80,19 @@ def read_left_out(out):
         losses[truth] = [[whole - results[views, seed][place] for views in needed[1:]]
                          for seed, whole in zip(own, levels[truth])]
     return losses, levels
+
+
+def read_lengthened(out, seeds):
+    """By seed, what lengthening the steps on each photo gains, as `viewworth-lab probe --lengthen` measured it; [] where
+    a seed was not probed."""
+    tables = []
+    for path in [out / f"seed_{seed}/probes.csv" for seed in range(seeds)]:
+        with open(path if path.exists() else os.devnull, encoding="utf-8", newline="") as file:
+            ends = {kind: [] for kind in ("longer", "shorter")}
+            for row in csv.DictReader(file):
+                ends.get(row["kind"], []).append(float(row["val_psnr"]))
+        tables.append([longer - shorter for longer, shorter in zip(*ends.values())])
+    return tables if all(tables) else []
 
 
 def read_scores(out, seeds, method):

@@ -79,6 +79,10 @@ const struct vw_option vw_lab_option_table[] = {
      .needs = "lasting"},
     {"same-state", "N", "Also score all photos by steps from the same N states of the field", VW_LAB_PROBES,
      VW_SECTION_MAIN, OPTION(COUNT, same_state), VW_OPTION_RANGE(1, 1000000)},
+    {"lengthen", "PERCENT",
+     "Also measure lasting credit: train on from the end of burn-in with the steps on one photo so much longer, and so "
+     "much shorter, for each photo in turn",
+     VW_LAB_PROBES, VW_SECTION_MAIN, OPTION(COUNT, lengthen_percent), VW_OPTION_RANGE(1, 100)},
     {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_LAB_REPRODUCE, VW_SECTION_MAIN,
      OPTION(COUNT, common.seeds), VW_OPTION_RANGE(2, 50), COMMON},
     {"lasting", NULL,

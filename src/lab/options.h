@@ -14,8 +14,9 @@ struct vw_lab_options {
     const char *worth_retrainings; // numbers with commas between
     struct vw_method_params evaluated;
     const char *curves;
-    uint32_t same_state; // states that all photos are tried on; 0: none
-    uint32_t halves;     // random halves of the train photos, by which a trade-off evaluates scores
+    uint32_t same_state;       // states that all photos are tried on; 0: none
+    uint32_t lengthen_percent; // by which the steps on each photo in turn change; 0: none
+    uint32_t halves;           // random halves of the train photos, by which a trade-off evaluates scores
 };
 
 // Groups of options that only commands of viewworth-lab take, after those of VW_OPTIONS_*.

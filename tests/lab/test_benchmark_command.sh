@@ -53,6 +53,13 @@ check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed)
 check "a benchmark of five trainings at a time" benchmark together --subsets 8 --leave-one-out --together 5
 check "has the same bytes" cmp "$folder/whole/benchmark.csv" "$folder/together/benchmark.csv"
 check "of features, too" cmp "$folder/whole/photo_features.csv" "$folder/together/photo_features.csv"
+lengthen() {
+    local seed
+    for seed in 0 1; do run "$lab" probe "$folder/together/seed_$seed" --lengthen 30 --quiet || return 1; done
+}
+check "its valued runs are taken again with longer steps" lengthen
+check "which are compared with leaving photos out" \
+    grep -qE '^\| lengthened steps \| -?[01]\.' <("$root/scripts/lab/compare_scores" "$folder/together")
 
 # ---- Resuming and reusing ----
 

@@ -170,6 +170,32 @@ TEST(a_probe_of_a_state_is_the_next_step_from_there) {
     assert_int_equal(found, STATES * TRAINS * VW_SAME_STATE_DRAWS);
 }
 
+// Steps no longer than they were give the run itself, and longer ones something else.
+TEST(lengthened_steps_are_those_of_the_run) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = probing_config();
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
+    struct test_run *run = test_allocate(1, sizeof *run);
+    struct vw_prober prober;
+    struct vw_probe probes[PROBES_MOST];
+    const struct vw_probe_plan plan = {&trainer->photo_order, config.burn_in_epochs, config.epochs, 0, 0.5};
+    uint64_t step = (uint64_t)config.burn_in_epochs * TRAINS, total = vw_trainer_total_steps(trainer);
+    ASSERT_OK(vw_prober_create(trainer, &prober));
+    uint32_t count = vw_probes_list(&plan, step, probes);
+    assert_true(count >= 2 * TRAINS && probes[0].extra == 0.5f && probes[1].extra == -0.5f);
+    probes[0].extra = 0;
+    go_to(trainer, step, run);
+    ASSERT_OK(vw_prober_take(&prober, step + 1, probes, count));
+    vw_trainer_stop_after(trainer, UINT64_MAX);
+    test_run_finish(trainer, run);
+    vw_prober_destroy(&prober);
+    assert_true(same_result(&probes[0], &run->records[total]));
+    for (uint32_t i = 1; i < 2 * TRAINS; i++)
+        assert_false(test_same_bits(probes[i].val_psnr, probes[0].val_psnr) || isnan(probes[i].val_psnr));
+    test_run_assert_same(test_run(scene, &config, true, 0), run);
+    test_release(trainer);
+}
+
 TEST(there_are_as_many_states_as_asked_for) {
     for (uint32_t counted = 1; counted <= 12; counted += 1 + counted / 4)
         for (uint32_t states = 1; states <= counted; states++) {

@@ -45,6 +45,15 @@ mv "$folder/probed/probes.csv" "$folder/first.csv"
 check "a second time" run probe probed
 check "says the same of noise" cmp "$folder/probed/probes.csv" <(grep -v same_state "$folder/first.csv")
 
+cp -r "$folder/before" "$folder/lengthened"
+check "steps are lengthened" run probe lengthened --lengthen 20
+check "beside the same noise" cmp "$folder/probed/probes.csv" <(grep -Ev ',(longer|shorter),' "$folder/lengthened/probes.csv")
+check "on each photo in turn, from burn-in on" test "$(sqlite3 :memory: \
+    ".import --csv $folder/lengthened/probes.csv probe" "SELECT count(*), count(DISTINCT name), count(DISTINCT val_psnr),
+        min(step) || max(step) FROM probe WHERE kind IN ('longer', 'shorter')")" = '24|12|24|1212'
+check "with momentum" run value momentum 3 --beta1 0.9
+check "steps belong to several photos" fails 2 'so that --lengthen says nothing' probe momentum --lengthen 20
+
 cp -r "$folder/before" "$folder/edited"
 sqlite3 "$folder/edited/ledger.db" "UPDATE step SET val_psnr = val_psnr + 1e-9 WHERE step = 36"
 check "an edited run is not probed" fails 1 'step 36 .* was edited' probe edited

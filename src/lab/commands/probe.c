@@ -39,6 +39,7 @@ enum vw_status vw_lab_probe(const struct vw_options *options) {
     const struct vw_probe_params params = {.out = options->operand,
                                            .device = options->device,
                                            .same_state = vw_lab_options(options)->same_state,
+                                           .lengthened = vw_lab_options(options)->lengthen_percent / 100.0,
                                            .interrupt = vw_interrupt_watch()};
     struct vw_probing probing;
     enum vw_status status = vw_probe_run(&params, &probing);

@@ -43,6 +43,13 @@ uint32_t vw_probes_list(const struct vw_probe_plan *plan, uint64_t step, struct 
                                   .kind = VW_PROBE_SAME_STATE,
                                   .view = plan->order->train_views[count / VW_SAME_STATE_DRAWS],
                                   .draw = 1 + VW_PROBE_RESAMPLES + count}; // draws that no probe of noise takes
+    if (plan->lengthened > 0 && step == (uint64_t)plan->burn_in_epochs * plan->order->train_count)
+        for (; count < plan->order->train_count * 2; count++) // no state of scores is that early
+            probes[count] = (struct vw_probe){.step = step,
+                                              .index = first + count,
+                                              .kind = count % 2 ? VW_PROBE_SHORTER : VW_PROBE_LONGER,
+                                              .view = plan->order->train_views[count / 2],
+                                              .extra = (float)(count % 2 ? -plan->lengthened : plan->lengthened)};
     if (!is_probed_for_noise(plan, step + 1)) return count;
     uint32_t view = vw_photo_order_view_of_step(plan->order, step + 1);
     for (uint32_t i = 0; i < VW_PROBES_OF_NOISE; i++)

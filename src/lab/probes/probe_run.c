@@ -63,7 +63,9 @@ static enum vw_status open_trainer(struct work *work) {
     struct vw_photo_order *order = work->prober.parts->photo_order;
     uint32_t epochs = (uint32_t)((work->record_count - 1) / order->train_count),
              burn_in = work->run.config.burn_in_epochs, counted = epochs > burn_in ? epochs - burn_in : 0;
-    work->plan = (struct vw_probe_plan){order, burn_in, epochs, work->params->same_state};
+    work->plan = (struct vw_probe_plan){order, burn_in, epochs, work->params->same_state, work->params->lengthened};
+    if (work->plan.lengthened > 0 && work->run.config.beta1 > 0)
+        return refuse(work, "has momentum, with which steps belong to several photos, so that --lengthen says nothing");
     if (work->plan.states > counted)
         return vw_fail(
             VW_ERROR_USAGE,
@@ -96,11 +98,14 @@ static enum vw_status probe_state(struct work *work, uint64_t step) {
     struct vw_probe *own = work->probes + work->count;
     uint32_t count = vw_probes_list(&work->plan, step, own);
     if (!count) return VW_OK;
-    if (vw_interrupt_requested(&work->params->interrupt))
-        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; repeat the command to recompute the probes");
     status = go_to(work, step);
     double started_s = vw_now_s();
-    if (!status) status = vw_prober_take(&work->prober, step + 1, own, count);
+    for (uint32_t i = 0, some = 0; i < count && !status; i += some) {
+        some = own[i].kind >= VW_PROBE_LONGER ? 1 : count - i; // a training each
+        if (vw_interrupt_requested(&work->params->interrupt))
+            return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; repeat the command to recompute the probes");
+        status = vw_prober_take(&work->prober, step + 1, own + i, some);
+    }
     work->made->seconds += vw_now_s() - started_s;
     work->count += count;
     if (!status && own->kind == VW_PROBE_SAME_STATE) {

@@ -54,7 +54,7 @@ static struct sampling sampling_of(const struct vw_probed_run *run, uint32_t fir
 
 // Counts the probe and updates the largest delta of its kind.
 static void add_noise(const struct vw_probed_run *run, const struct vw_probe *probe, struct vw_noise_floor *floor) {
-    if (probe->kind == VW_PROBE_SAME_STATE) return;
+    if (probe->kind >= VW_PROBE_SAME_STATE) return;
     if (probe->kind == VW_PROBE_RESAMPLED) {
         floor->resampled_count += isfinite(probe->val_psnr);
         return;
@@ -115,6 +115,7 @@ static void add_step(const struct vw_probed_run *run, uint32_t first, uint32_t c
         if (run->probes[i].kind == VW_PROBE_SAME_STATE)
             add_draw(&statistics[run->probes[i].view], run->probes[i].val_psnr - record->val_psnr);
     for (uint32_t i = 0; i < run->image_count; i++) close_state(&statistics[i]);
+    if (!record->step) return; // the untrained field
     add_variance(&statistics[record->view].psnr, sampling.psnr);
     add_variance(&statistics[record->view].l1, sampling.l1);
 }

@@ -13,15 +13,18 @@ enum vw_probe_kind {             // the first three estimate measurement noise
     VW_PROBE_ZERO_LEARNING_RATE, // the step with learning rate 0: must give the same bits
     VW_PROBE_RESAMPLED,  // the step with other pixels of the same photo: how much sampling alone changes its delta
     VW_PROBE_SAME_STATE, // the next step, on any photo
+    VW_PROBE_LONGER,     // all steps that follow, those on a photo longer
+    VW_PROBE_SHORTER,
     VW_PROBE_KINDS
 };
 extern const char *const vw_probe_kind_names[VW_PROBE_KINDS];
 
 struct vw_probe {
-    uint64_t step;  // the step that is probed: that of the state for VW_PROBE_SAME_STATE, otherwise the one after it
+    uint64_t step; // the step that is probed: the one after the state, or from VW_PROBE_SAME_STATE on that of the state
     uint32_t index; // 0, 1, ... within the step
     enum vw_probe_kind kind;
     uint32_t view, draw;                      // the photo (scene index) and the draw of its pixels
+    float extra;                              // share of itself by which each step on the photo is longer
     double val_psnr, val_psnr_pooled, val_l1; // results, as in vw_step_record; NaN: not finite
 };
 
