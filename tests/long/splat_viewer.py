@@ -1,7 +1,9 @@
 """Shows splats in a viewer in a headless Chromium, for test_splat_viewers.sh:
 
-    splat_viewer.py FOLDER FILE...    with FOLDER/scene.json, render.png, node_modules and splat_viewer.html, as that script makes them
+    splat_viewer.py FOLDER FRAMES BLUR FILE...    with FOLDER/node_modules and splat_viewer.html, as that script makes them
 
+FOLDER/FRAMES.json is a camera path of nerfstudio, and frame_0001.png in the folder FRAMES beside it what `viewworth render` made of it.
+The viewer adds BLUR square pixels to splats, by itself 0.3.
 Prints a line per FILE in FOLDER: its name, the number of its splats, the PSNR in dB between the viewer's picture and the render, and the
 mean square of the render; or "no browser WHY" where it cannot be started.
 """
@@ -33,12 +35,12 @@ def serve(folder):
     return f'http://127.0.0.1:{server.server_port}'
 
 
-def compare(browser, address, file, recipe):
+def compare(browser, address, file, frames, path, blur):
     browser.get(f'{address}/splat_viewer.html')  # anew for each file
     try:
         answer = browser.execute_async_script(
-            "const done = arguments[3]; compare(...[...arguments].slice(0, 3)).then(done, why => done(String(why)))",
-            f'/{file}', '/render.png', recipe)
+            "const done = arguments[4]; compare(...[...arguments].slice(0, 4)).then(done, why => done(String(why)))",
+            f'/{file}', f'/{frames}/frame_0001.png', path, blur)
     except WebDriverException as error:
         answer = error.msg
     if not isinstance(answer, list):
@@ -48,9 +50,9 @@ def compare(browser, address, file, recipe):
 
 
 def main():
-    folder = sys.argv[1]
-    with open(os.path.join(folder, 'scene.json'), encoding='utf-8') as file:
-        recipe = json.load(file)
+    folder, frames, blur, *files = sys.argv[1:]
+    with open(os.path.join(folder, f'{frames}.json'), encoding='utf-8') as file:
+        path = json.load(file)
     try:
         browser = start_browser(folder, '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
     except WebDriverException as error:
@@ -59,8 +61,8 @@ def main():
     try:
         browser.set_script_timeout(LIMIT_S)
         address = serve(folder)
-        for file in sys.argv[2:]:
-            compare(browser, address, file, recipe)
+        for file in files:
+            compare(browser, address, file, frames, path, float(blur))
     finally:
         browser.quit()
 
