@@ -44,13 +44,11 @@ static void choose_yardstick(struct setup *setup) {
     setup->resubmits = 1;
 }
 
-// Sets what a run does unless told otherwise.
 static void choose_run_defaults(struct setup *setup) {
     setup->config = vw_config_of_field(VW_FIELD_HASH);
     setup->config.epochs = 1000000;
 }
 
-// Sets what a run of splats does unless told otherwise.
 static void choose_splats(struct setup *setup) {
     setup->config = vw_config_of_field(VW_FIELD_SPLATS);
     setup->config.ssim_weight = 0.0; // as the yardstick

@@ -25,7 +25,6 @@ struct setup {
 
 // Chooses the yardstick's workload and then what the words say; returns whether they are known.
 bool step_setup_read(int argc, char **argv, struct setup *setup);
-// Prints the words that there are.
 void step_setup_print_usage(void);
 
 // Chooses by the kind of device, unless forced.

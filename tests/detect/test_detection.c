@@ -32,7 +32,6 @@ static struct vw_config small_config(void) {
     return config;
 }
 
-// The last decision.
 static struct vw_effect_decision decisions[VW_EFFECT_COUNT_MAX];
 static uint32_t count;
 

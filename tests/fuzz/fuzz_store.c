@@ -45,7 +45,6 @@ static void make_valid(const char *path) {
     atexit(free_valid);
 }
 
-// Tries a changed store.
 void fuzz_store(const uint8_t *data, size_t size_bytes) {
     static struct fuzz_database database;
     char victim[1024], path[1024];

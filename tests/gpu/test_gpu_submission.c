@@ -68,7 +68,6 @@ static struct bench open_bench(struct vw_gpu *gpu) {
     return bench;
 }
 
-// Returns a bench whose submission is being recorded.
 static struct bench begin_bench(struct vw_gpu *gpu) {
     struct bench bench = open_bench(gpu);
     vw_submission_begin(bench.submission);

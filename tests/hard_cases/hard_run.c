@@ -6,7 +6,6 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"
-#include "support/plain_config.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
@@ -19,15 +18,10 @@ static const double PSNR_TOLERANCE_DB = 1e-12; // the same formula in double
 static struct vw_trainer *trainer; // trainer of the run under way
 
 struct vw_config hard_run_config(void) {
-    struct vw_config config = plain_config();
+    struct vw_config config = test_config();
     config.seed = 331;
-    config.epochs = 3;
     config.rays = 64;
-    config.samples = 16;
-    config.val_rays = 120;
-    config.levels = 4;
     config.log2_table = 8;
-    config.width = 16;
     return config;
 }
 

@@ -157,7 +157,6 @@ static void make_coarse_network(struct step_bench *bench, float bias) {
     step_bench_write_params(bench);
 }
 
-// Checks where a step put its samples.
 static void check_places(struct hard_finding *finding, struct step_bench *bench, double density) {
     const struct vw_specialization *s = &bench->model.specialization;
     const struct vw_push_samples push = step_bench_push(bench, STEP);

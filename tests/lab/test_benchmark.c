@@ -33,7 +33,6 @@ struct game {
     bool fails, lacks_tests;
 };
 
-// The game that a test plays, and what it makes.
 static struct game game;
 static struct vw_subsets subsets;
 static struct vw_left_out left_out;

@@ -56,27 +56,18 @@ static void score(struct game *game, const struct vw_feature_table *known, uint3
     assert_true(cost.run_equivalents <= budget);
 }
 
-static double lowest(const double *scores, bool good) {
-    double found = 1;
-    for (uint32_t i = 0; i < PHOTOS; i++)
-        if ((i % 5 != 2) == good && scores[i] < found) found = scores[i];
-    return found;
-}
-
-static double highest(const double *scores, bool good) {
-    double found = 0;
-    for (uint32_t i = 0; i < PHOTOS; i++)
-        if ((i % 5 != 2) == good && scores[i] > found) found = scores[i];
-    return found;
+// Checks that bad photos, one of five, have scores below one limit, and good ones above another.
+static void check_apart(const double *scores, double bad_most, double good_least) {
+    for (uint32_t i = 0; i < PHOTOS; i++) assert_true(i % 5 == 2 ? scores[i] < bad_most : scores[i] > good_least);
 }
 
 TEST(it_selects_by_features_and_without_them) {
     struct game game = {.good_db = 0.1, .bad_db = -0.4};
     double scores[PHOTOS];
     score(&game, NULL, 200, scores);
-    assert_true(highest(scores, false) < 0.4 && lowest(scores, true) > 0.4);
+    check_apart(scores, 0.4, 0.4);
     score(&game, &features, 40, scores); // photos that look alike share what is learned
-    assert_true(highest(scores, false) < 0.4 && lowest(scores, true) > 0.5);
+    check_apart(scores, 0.4, 0.5);
 }
 
 // A policy that selects all, or none, learns nothing more.

@@ -15,26 +15,23 @@ struct fixture {
     char *folder;
 };
 
-static enum vw_status make_run(struct fixture *fixture, const char *name, const struct vw_config *config,
-                               bool finishes) {
-    struct vw_run *run = NULL;
+static void make_run(struct fixture *fixture, const char *name, const struct vw_config *config, bool finishes) {
     const struct vw_run_params params = {.scene = {.path = SMALL_SCENE},
                                          .config = config,
                                          .out = temporary_path(fixture->folder, name),
                                          .report.no_thumbnails = true};
-    enum vw_status status = vw_run_open(&params, &run);
-    if (!status) status = vw_run_advance(run, finishes ? UINT64_MAX : 5);
-    if (!status && finishes) status = vw_run_finish(run);
+    struct vw_run *run = small_run_open(&params);
+    ASSERT_OK(vw_run_advance(run, finishes ? UINT64_MAX : 5));
+    if (finishes) ASSERT_OK(vw_run_finish(run));
     vw_run_close(&run);
-    return status;
 }
 
 static int set_up(void **state) {
     static struct fixture fixture;
     struct vw_config config = small_config(0, EPOCHS);
     fixture.folder = temporary_folder_create();
-    ASSERT_OK(make_run(&fixture, "whole", &config, true));
-    ASSERT_OK(make_run(&fixture, "begun", &config, false));
+    make_run(&fixture, "whole", &config, true);
+    make_run(&fixture, "begun", &config, false);
     ASSERT_OK(vw_session_open(&(struct vw_session_params){.scene = {.path = SMALL_SCENE}}, &fixture.session));
     *state = &fixture;
     return 0;

@@ -162,7 +162,6 @@ static double contribution(const char *method, const double *epoch, uint32_t pho
     return NAN;
 }
 
-// Holds one score against its formula.
 static void check_score(const struct test_game *game, const struct vw_ledger_score *score) {
     const char *end = strrchr(score->method, '_');
     AUTO_FREE char *method = vw_format_text("%.*s", (int)(end - score->method), score->method);

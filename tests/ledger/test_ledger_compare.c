@@ -9,7 +9,6 @@ static struct test_recording *take_steps(void) {
     return recording;
 }
 
-// Returns a finished run of all steps.
 static struct vw_ledger *record_all(const char *path) {
     AUTO_FREE struct test_recording *recording = take_steps();
     struct vw_ledger *ledger = test_ledger_create(path);

@@ -30,7 +30,6 @@ static struct original record_original(const char *folder, const char *status) {
     return (struct original){status, temporary_keep(path)};
 }
 
-// Opens and verifies a ledger.
 static enum vw_status verify(const char *path) {
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     enum vw_status status = vw_ledger_open(path, &ledger);
@@ -87,7 +86,6 @@ struct column {
     char table[16], name[32];
 };
 
-// Lists all columns of all tables.
 static uint32_t list_columns(const char *path, struct column *columns, uint32_t most) {
     sqlite3 *raw = sql_open(path);
     uint32_t count = 0;

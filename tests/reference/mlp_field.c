@@ -5,17 +5,20 @@
 
 enum { SKIP = 5, DIRECTION_FREQUENCIES = 4 }; // the layer of the trunk that takes in the encoding again
 
-// Returns how many fours hold so many numbers.
 static uint32_t fours(uint32_t numbers) { return (numbers + 3) / 4; }
+
+uint32_t reference_layer_place(struct reference_layer *layer, uint32_t at) {
+    layer->first_at = at;
+    layer->bias_at = at + 16 * fours(layer->out) * fours(layer->in);
+    layer->second_at = layer->bias_at + 4 * fours(layer->out);
+    return layer->second_at + 16 * fours(layer->out) * fours(layer->second_in);
+}
 
 static void add_layer(struct reference_mlp *mlp, const char *name, uint32_t out, uint32_t in, uint32_t second_in,
                       bool relu) {
     struct reference_layer *layer = &mlp->layers[mlp->count++];
     *layer = (struct reference_layer){.name = name, .out = out, .in = in, .second_in = second_in, .relu = relu};
-    layer->first_at = mlp->param_count;
-    layer->bias_at = layer->first_at + 16 * fours(out) * fours(in);
-    layer->second_at = layer->bias_at + 4 * fours(out);
-    mlp->param_count = layer->second_at + 16 * fours(out) * fours(second_in);
+    mlp->param_count = reference_layer_place(layer, mlp->param_count);
 }
 
 void reference_mlp_lay_out(uint32_t depth, uint32_t width, uint32_t frequencies, struct reference_mlp *mlp) {
@@ -59,7 +62,6 @@ static const double *direction_of(const struct reference_mlp *mlp, const struct 
     return sample->encodings + 3 + 6 * mlp->frequencies;
 }
 
-// Finds the first and the second input of layer l.
 static void operands(const struct reference_mlp *mlp, const struct reference_mlp_sample *sample, uint32_t l,
                      const double **first, const double **second) {
     uint32_t last = mlp->depth - 1;

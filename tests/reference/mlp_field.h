@@ -21,6 +21,8 @@ struct reference_mlp {
     struct reference_layer layers[REFERENCE_LAYERS_MAX]; // the trunk, then density, feature, colour, rgb
 };
 void reference_mlp_lay_out(uint32_t depth, uint32_t width, uint32_t frequencies, struct reference_mlp *mlp);
+// Places the numbers of a layer from `at` on; returns their end.
+uint32_t reference_layer_place(struct reference_layer *layer, uint32_t at);
 // Returns the index of a number of a layer's first or second matrix.
 uint32_t reference_mlp_index(const struct reference_layer *layer, bool second, uint32_t out, uint32_t in);
 

@@ -52,7 +52,6 @@ struct reference_step *reference_step_create(const struct vw_model *model, const
     return step;
 }
 
-// Lists the points of a ray.
 static void list_points(const struct reference_step *step, uint32_t ray, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];

@@ -46,7 +46,6 @@ static void covariance_of(const double *splat, double covariance[3][3]) {
         for (int j = 0; j < 3; j++) covariance[i][j] = m[i][0] * m[j][0] + m[i][1] * m[j][1] + m[i][2] * m[j][2];
 }
 
-// Computes basis k of the harmonics.
 static double harmonic(uint32_t k, const double d[3]) {
     double x = d[0], y = d[1], z = d[2];
     const double values[] = {

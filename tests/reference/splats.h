@@ -29,7 +29,6 @@ struct reference_splat_shape {
     double opacity;
     double rgb[3];
 };
-// Projects a splat.
 void reference_splat_project(const struct reference_splat_view *view, const double *splat,
                              struct reference_splat_shape *shape);
 

@@ -79,20 +79,16 @@ struct step_bench *step_bench_open(const struct step_case *setup);
 struct step_bench *step_bench_open_clamped(const struct step_case *setup, const struct vw_gpu_limits *clamp);
 // Returns the evaluator over the bench's field for its padded rays, made at the first call.
 struct vw_evaluator *step_bench_evaluator(struct step_bench *bench);
-// Renders the bench's pixels with it.
 struct vw_evaluator *step_bench_evaluate(struct step_bench *bench);
 
-// Puts bench->params on the device.
 void step_bench_write_params(struct step_bench *bench);
 // Runs step `number` up to the loss and the gradients, without the optimiser; the grid's gradient keeps adding up.
 void step_bench_gradients(struct step_bench *bench, uint64_t number);
-// Runs the whole step `number`.
 void step_bench_step(struct step_bench *bench, uint64_t number);
 // Runs it where params are not finite: it must be flagged, and change none of them.
 void step_bench_check_skipped(struct step_bench *bench, uint64_t number);
 // Checks that chunks of so many samples change no bit of the params after step `number`.
 void step_bench_check_chunks(const struct step_case *setup, uint32_t chunk_samples, uint64_t number);
-// Runs one pass.
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations);
 // Returns the invocations of a pass in which the model's lanes share a ray.

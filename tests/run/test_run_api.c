@@ -259,7 +259,6 @@ FOLDER_TEST(finishing_a_resumed_run_keeps_its_field) {
     }
 }
 
-// Keeps the last report.
 static bool keep_last(void *context, const struct vw_run_state *state) {
     *(struct vw_run_state *)context = *state;
     return true;

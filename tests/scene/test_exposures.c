@@ -232,7 +232,6 @@ TEST(photos_that_agree_are_no_evidence) {
 
 enum { SOUND, MASKED, HIDDEN, TRANSPARENT, SATURATED, BLACK, WAYS };
 
-// Returns how a pixel is made unusable.
 static uint32_t way_of(uint32_t view, uint32_t pixel) {
     uint32_t kind = (7 * pixel + 13 * view) % 41;
     return kind < WAYS ? kind : SOUND;

@@ -25,7 +25,6 @@ static enum vw_status write_list(const struct vw_scene_params *params, const cha
     return vw_photo_list_write(&(struct vw_photo_list){params->path, photos, scene->view_count, to});
 }
 
-// Checks that such a list is refused.
 static void check_not_written(const struct vw_scene_params *params, const char *chosen, const char *to,
                               enum vw_status status, const char *text) {
     ASSERT_FAILS(write_list(params, chosen, to), status, text);

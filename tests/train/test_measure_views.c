@@ -6,11 +6,6 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-static void check_near(double value, double expected, double tolerance, const char *what) {
-    if (!(fabs(value - expected) <= tolerance * fabs(expected)))
-        fail_msg("%s is %.17g, not %.17g", what, value, expected);
-}
-
 // Trains to the end, and lends what validation found last.
 static struct vw_trainer *train(const struct vw_scene *scene, const char *effects,
                                 struct vw_view_error last[TEST_VALS]) {
@@ -36,8 +31,8 @@ TEST(the_pixels_of_validation_give_its_errors) {
         ASSERT_OK(vw_trainer_measure_views(trainer, trainer->validation.views, TEST_VALS,
                                            test_config().val_rays / TEST_VALS, measured));
         for (uint32_t v = 0; v < TEST_VALS; v++) {
-            check_near(measured[v].mse, last[v].mse, 2e-5, effects[i]);
-            check_near(measured[v].l1, last[v].l1, 2e-5, effects[i]);
+            assert_near(measured[v].mse, last[v].mse, 2e-5 * last[v].mse);
+            assert_near(measured[v].l1, last[v].l1, 2e-5 * last[v].l1);
         }
         test_release(trainer);
     }
@@ -94,8 +89,8 @@ TEST(whole_views_have_the_errors_of_all_pixels) {
         assert_int_equal(whole.width_px, width_px);
         assert_true(whole.error.mse == measured.mse && whole.error.l1 == measured.l1);
         struct vw_view_error kept = errors_of(&whole, &count);
-        check_near(kept.mse, measured.mse, 1e-6, effects[i]); // the arrays are rounded to floats
-        check_near(kept.l1, measured.l1, 1e-6, effects[i]);
+        assert_near(kept.mse, measured.mse, 1e-6 * measured.mse); // the arrays are rounded to floats
+        assert_near(kept.l1, measured.l1, 1e-6 * measured.l1);
         for (uint32_t p = 0; p < pixels; p++) {
             bool scored = i == 0 || p % width_px >= width_px - width_px / 2;
             assert_int_equal(whole.counts[p], scored && (i < 2 || p % 3));

@@ -126,11 +126,6 @@ static void fill(double *by_epoch, uint32_t photos, uint32_t epochs) {
     for (uint32_t i = 0; i < photos * epochs; i++) by_epoch[i] = 0.3 * (i / epochs) + normal(7, i / epochs, i % epochs);
 }
 
-static void check_near(double value, double expected, const char *what) {
-    if (!(fabs(value - expected) <= 1e-9 * (1 + fabs(expected))))
-        fail_msg("%s is %.17g, not %.17g", what, value, expected);
-}
-
 // Scale and offset of a photo, and epochs that no photo was visited in, change what they must and nothing else.
 TEST(intervals_follow_the_sum) {
     enum { PHOTOS = 5, EPOCHS = 20, BEFORE = 3, AFTER = 4, WIDE = BEFORE + EPOCHS + AFTER };
@@ -148,10 +143,10 @@ TEST(intervals_follow_the_sum) {
     for (uint32_t p = 0; p < PHOTOS; p++) {
         double sum = 0;
         for (uint32_t e = 0; e < EPOCHS; e++) sum += plain[p * EPOCHS + e];
-        check_near((a[p].ci_low + a[p].ci_high) / 2, sum, "the middle");
+        assert_near((a[p].ci_low + a[p].ci_high) / 2, sum, 1e-9);
         assert_true(a[p].standard_error > 0 && a[p].ci_high - sum > 1.96 * a[p].standard_error);
-        check_near(b[p].standard_error, 3 * a[p].standard_error, "the error of three times as much");
-        check_near(b[p].ci_low, -3 * a[p].ci_high + 2 * EPOCHS, "the low end of three times as much");
+        assert_near(b[p].standard_error, 3 * a[p].standard_error, 1e-9);
+        assert_near(b[p].ci_low, -3 * a[p].ci_high + 2 * EPOCHS, 1e-9);
         assert_true(c[p].standard_error == a[p].standard_error && c[p].ci_low == a[p].ci_low &&
                     c[p].ci_high == a[p].ci_high);
     }
@@ -170,12 +165,12 @@ TEST(what_is_unknown_is_said) {
         assert_true(isnan(intervals[p].standard_error) && isnan(intervals[p].ci_low) && isnan(intervals[p].ci_high));
     assert_true(intervals[2].standard_error >
                 0); // the agreement of two visits does not prove precision: the other photos' variance is used too
-    check_near((intervals[2].ci_low + intervals[2].ci_high) / 2, 1, "the middle of two visits");
+    assert_near((intervals[2].ci_low + intervals[2].ci_high) / 2, 1, 1e-9);
     for (uint32_t i = 0; i < PHOTOS * EPOCHS; i++) by_epoch[i] = i / EPOCHS;
     ASSERT_OK(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals));
     for (uint32_t p = 0; p < PHOTOS; p++) {
         assert_true(intervals[p].standard_error < 1e-12); // rounding
-        check_near(intervals[p].ci_low, p * EPOCHS, "the low end where nothing varies");
+        assert_near(intervals[p].ci_low, p * EPOCHS, 1e-9);
     }
     ASSERT_OK(vw_intervals_of_sums(by_epoch, PHOTOS, 1, intervals));
     assert_true(isnan(intervals[3].standard_error));

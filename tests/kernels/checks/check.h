@@ -34,10 +34,13 @@ void input_fill(enum input_kind kind, struct test_random *random, float *values,
 static inline double rounded_error(double expected, double error) {
     return error + BFLOAT_ROUNDING * (fabs(expected) + error) + FLOAT_LEAST;
 }
-// Returns how far number `index` of matrix * in (transposed: in * matrix) may be off on the device, when each in[i] is
-// off by up to in_error[i].
-double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
-                     const double *in_error);
+// Finds how far matrix * in (transposed: in * matrix) may be off on the device, when each in[i] is off by up to
+// in_error[i].
+void product_errors(const struct reference_matrix *matrix, bool transposed, const double *in, const double *in_error,
+                    double *errors);
+// Checks a row of bfloats.
+void check_row(const struct step_bench *bench, const float *rows, const char *what, uint32_t row, uint32_t sample,
+               uint32_t count, const double *expected, const double *errors);
 // Fails unless low <= device <= high.
 void check_between(const char *where, const char *what, uint64_t index, double device, double low, double high);
 

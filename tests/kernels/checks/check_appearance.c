@@ -96,7 +96,6 @@ static void check_untouched(const struct step_bench *bench, const char *what, co
 
 // ---- fit_photo ------------------------------------------------------------------------------------------------------
 
-// A visit: what the pass reads and writes.
 struct visit {
     struct vw_ray *rays;
     vw_float4 *rendered;

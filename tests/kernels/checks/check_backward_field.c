@@ -29,19 +29,6 @@ static void go_forward(const struct step_bench *bench, const struct reference_pa
     for (int c = 0; c < 3; c++) sample->rgb[c] = device->samples[4 * (size_t)index + (size_t)c];
 }
 
-// Checks a row of bfloats.
-static void check_row(const struct step_bench *bench, const float *rows, const char *what, uint32_t row,
-                      uint32_t sample, uint32_t count, const double *expected, const double *errors) {
-    for (uint32_t i = 0; i < count; i++)
-        check_value(bench->where, what, sample, step_bench_row(bench, rows, row + i / 4, sample)[i % 4], expected[i],
-                    rounded_error(expected[i], errors[i]));
-}
-
-static void product_errors(const struct reference_matrix *matrix, const double *d_out, const double *d_out_error,
-                           double *errors) {
-    for (uint32_t i = 0; i < matrix->in; i++) errors[i] = product_error(matrix, true, i, d_out, d_out_error);
-}
-
 static void check_sample(const struct step_bench *bench, struct reference_params *params, const struct device *device,
                          uint32_t index) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -59,11 +46,11 @@ static void check_sample(const struct step_bench *bench, struct reference_params
     reference_matrices(s, &params->weights, matrices);
     for (int c = 0; c < REFERENCE_RGB; c++)
         logit[c] = 4.0 * (FLOAT_ROUNDING * fabs(d_rgb[c] * sample.rgb[c]) + FLOAT_LEAST);
-    product_errors(&matrices[3], d.logit, logit, hidden2);
-    product_errors(&matrices[2], d.hidden2, hidden2, colour_in);
+    product_errors(&matrices[3], true, d.logit, logit, hidden2);
+    product_errors(&matrices[2], true, d.hidden2, hidden2, colour_in);
     colour_in[0] = FLOAT_LEAST; // the raw density's gradient stands there, as it came
-    product_errors(&matrices[1], d.geo, colour_in, hidden1);
-    product_errors(&matrices[0], d.hidden1, hidden1, encoding);
+    product_errors(&matrices[1], true, d.geo, colour_in, hidden1);
+    product_errors(&matrices[0], true, d.hidden1, hidden1, encoding);
     check_row(bench, device->rows, "d_logit", row.d_logit, index, REFERENCE_RGB, d.logit, logit);
     assert_true(step_bench_row(bench, device->rows, row.d_logit, index)[3] == 0.0f); // the padding output
     check_row(bench, device->rows, "d_hidden2", row.d_hidden2, index, bench->config.width, d.hidden2, hidden2);

@@ -26,27 +26,21 @@ struct reference {
     double grid_largest;
 };
 
-// Largest errors of the layers.
 struct errors {
     double encoding[REFERENCE_ENCODING_MAX], hidden1[REFERENCE_WIDTH_MAX], geo[REFERENCE_GEO],
         colour_in[REFERENCE_COLOUR_IN], hidden2[REFERENCE_WIDTH_MAX], logit[REFERENCE_RGB];
 };
 
-static void product_errors(const struct reference_matrix *matrix, const double *in, const double *in_error,
-                           double *errors) {
-    for (uint32_t i = 0; i < matrix->out; i++) errors[i] = product_error(matrix, false, i, in, in_error);
-}
-
 // Finds the errors of all outputs from errors->encoding on.
 static void find_errors(const struct reference *reference, const struct reference_sample *sample,
                         struct errors *errors) {
-    product_errors(&reference->matrices[0], sample->encoding, errors->encoding, errors->hidden1);
-    product_errors(&reference->matrices[1], sample->hidden1, errors->hidden1, errors->geo);
+    product_errors(&reference->matrices[0], false, sample->encoding, errors->encoding, errors->hidden1);
+    product_errors(&reference->matrices[1], false, sample->hidden1, errors->hidden1, errors->geo);
     for (int i = 0; i < REFERENCE_COLOUR_IN; i++)
         errors->colour_in[i] = i > 0 && i < REFERENCE_GEO ? errors->geo[i] : HARMONICS_TOLERANCE;
-    product_errors(&reference->matrices[2], sample->colour_in, errors->colour_in, errors->hidden2);
+    product_errors(&reference->matrices[2], false, sample->colour_in, errors->colour_in, errors->hidden2);
     for (uint32_t i = 0; i < reference->matrices[2].out; i++) errors->hidden2[i] += reference->mix_error[i];
-    product_errors(&reference->matrices[3], sample->hidden2, errors->hidden2, errors->logit);
+    product_errors(&reference->matrices[3], false, sample->hidden2, errors->hidden2, errors->logit);
 }
 
 // Returns Vulkan's bound for exp, relative.
@@ -75,14 +69,6 @@ static void check_sample(const struct step_bench *bench, const struct reference 
 static void copy_row(const struct step_bench *bench, const float *rows, uint32_t first_row, uint32_t sample,
                      uint32_t count, double *values) {
     for (uint32_t i = 0; i < count; i++) values[i] = step_bench_row(bench, rows, first_row + i / 4, sample)[i % 4];
-}
-
-// Checks a row of bfloats.
-static void check_row(const struct step_bench *bench, const struct outputs *out, const char *what, uint32_t row,
-                      uint32_t sample, uint32_t count, const double *expected, const double *errors) {
-    for (uint32_t i = 0; i < count; i++)
-        check_value(bench->where, what, sample, step_bench_row(bench, out->rows, row + i / 4, sample)[i % 4],
-                    expected[i], rounded_error(expected[i], errors[i]));
 }
 
 static void check_gates(const struct step_bench *bench, const char *what, uint32_t sample, uint32_t low, uint32_t high,
@@ -116,13 +102,14 @@ static void check_training_sample(const struct step_bench *bench, const struct r
     reference_grid_encode(s, reference->params->grid, sample.position, sample.encoding);
     for (uint32_t i = 0; i < encoding; i++)
         errors.encoding[i] = ENCODING_ROUNDINGS * (FLOAT_ROUNDING * reference->grid_largest + FLOAT_LEAST);
-    check_row(bench, out, "encoding", rows.encoding, slot, encoding, sample.encoding, errors.encoding);
+    check_row(bench, out->rows, "encoding", rows.encoding, slot, encoding, sample.encoding, errors.encoding);
 
     reference_networks_forward(s, &reference->params->weights, &sample);
     find_errors(reference, &sample, &errors);
-    check_row(bench, out, "hidden1", rows.hidden1, slot, width, sample.hidden1, errors.hidden1);
-    check_row(bench, out, "colour_in", rows.colour_in, slot, REFERENCE_COLOUR_IN, sample.colour_in, errors.colour_in);
-    check_row(bench, out, "hidden2", rows.hidden2, slot, width, sample.hidden2, errors.hidden2);
+    check_row(bench, out->rows, "hidden1", rows.hidden1, slot, width, sample.hidden1, errors.hidden1);
+    check_row(bench, out->rows, "colour_in", rows.colour_in, slot, REFERENCE_COLOUR_IN, sample.colour_in,
+              errors.colour_in);
+    check_row(bench, out->rows, "hidden2", rows.hidden2, slot, width, sample.hidden2, errors.hidden2);
     check_gates(bench, "relu 1", slot, out->relu[slot].x, out->relu[slot].y, sample.before1, errors.hidden1);
     check_gates(bench, "relu 2", slot, out->relu[slot].z, out->relu[slot].w, sample.before2, errors.hidden2);
     check_sample(bench, reference, &sample, &errors, out->samples + 4 * (size_t)slot, slot);

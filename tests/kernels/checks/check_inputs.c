@@ -28,8 +28,8 @@ void input_fill(enum input_kind kind, struct test_random *random, float *values,
 
 // Bounds the error of n products and n - 1 additions, in any order: each rounds by at most half a unit of the sum of
 // all magnitudes, and each product and operand may be flushed to 0.
-double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
-                     const double *in_error) {
+static double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
+                            const double *in_error) {
     uint32_t terms = transposed ? matrix->out : matrix->in;
     double magnitude = 0.0, passed_on = 0.0, flushed = 0.0;
     for (uint32_t i = 0; i < terms; i++) {
@@ -40,6 +40,19 @@ double product_error(const struct reference_matrix *matrix, bool transposed, uin
         flushed += FLOAT_LEAST * (1.0 + weight + fabs(in[i]));
     }
     return passed_on + (terms + 1) * FLOAT_ROUNDING * magnitude + flushed;
+}
+
+void product_errors(const struct reference_matrix *matrix, bool transposed, const double *in, const double *in_error,
+                    double *errors) {
+    for (uint32_t i = 0; i < (transposed ? matrix->in : matrix->out); i++)
+        errors[i] = product_error(matrix, transposed, i, in, in_error);
+}
+
+void check_row(const struct step_bench *bench, const float *rows, const char *what, uint32_t row, uint32_t sample,
+               uint32_t count, const double *expected, const double *errors) {
+    for (uint32_t i = 0; i < count; i++)
+        check_value(bench->where, what, sample, step_bench_row(bench, rows, row + i / 4, sample)[i % 4], expected[i],
+                    rounded_error(expected[i], errors[i]));
 }
 
 void check_between(const char *where, const char *what, uint64_t index, double device, double low, double high) {

@@ -3,16 +3,11 @@
 #include <math.h>
 #include <string.h>
 
-static uint32_t fours(uint32_t numbers) { return (numbers + 3) / 4; }
-
 static void add_layer(struct reference_head *head, uint32_t out, uint32_t in, uint32_t second_in) {
     struct reference_layer *layer = &head->layers[head->count++];
     *layer = (struct reference_layer){.name = "head", .out = out, .in = in, .second_in = second_in};
     layer->relu = out != REFERENCE_HEAD_OUTPUTS;
-    layer->first_at = head->end_at;
-    layer->bias_at = layer->first_at + 16 * fours(out) * fours(in);
-    layer->second_at = layer->bias_at + 4 * fours(out);
-    head->end_at = layer->second_at + 16 * fours(out) * fours(second_in);
+    head->end_at = reference_layer_place(layer, head->end_at);
 }
 
 void reference_head_lay_out(uint32_t features, uint32_t width, uint32_t depth, uint32_t first_at,
