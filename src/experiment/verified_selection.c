@@ -382,5 +382,3 @@ enum vw_status vw_verified_selection_make(const struct vw_verified_selection_par
     free(work.psnr_db);
     return status;
 }
-
-void vw_verified_selection_free(struct vw_verified_selection *result) { vw_verified_lists_free(&result->lists); }

@@ -75,9 +75,8 @@ struct vw_verified_selection {
 // judges once. The list to keep is the chosen rule's, by the scores of all validation photos. Trainings are kept in
 // OUT/retrainings.db, so that the same call resumes. No training is made when all rules keep all photos.
 // VW_ERROR_USAGE for an imported run, VW_ERROR_INPUT for fewer than 2 validation photos, for a scene that has changed,
-// and for a run without scores. Free the result also after a failure.
+// and for a run without scores. Free its lists also after a failure.
 enum vw_status vw_verified_selection_make(const struct vw_verified_selection_params *params,
                                           struct vw_verified_selection *result);
-void vw_verified_selection_free(struct vw_verified_selection *result);
 
 #endif

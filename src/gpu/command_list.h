@@ -67,8 +67,6 @@ void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer command
                            struct vw_submission_timer *timer);
 
 uint32_t vw_submission_commands(const struct vw_submission *submission);
-// Returns how many barriers are between them; the one that ends the submission does not count.
-uint32_t vw_submission_barriers(const struct vw_submission *submission);
 // Returns the commands that the submission recorded, in this order.
 const struct vw_command_list *vw_submission_list(const struct vw_submission *submission);
 // Returns how often commands were written for the device; in between they were submitted again.

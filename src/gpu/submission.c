@@ -97,10 +97,6 @@ struct vw_submission {
 
 uint32_t vw_submission_commands(const struct vw_submission *submission) { return (uint32_t)submission->list.count; }
 
-uint32_t vw_submission_barriers(const struct vw_submission *submission) {
-    return vw_command_list_barriers(&submission->list);
-}
-
 uint64_t vw_submission_recordings(const struct vw_submission *submission) { return submission->recordings; }
 
 const struct vw_command_list *vw_submission_list(const struct vw_submission *submission) { return &submission->list; }

@@ -298,8 +298,7 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
     trainer->floored_steps += record->floored_views > 0;
 }
 
-// Waits for the oldest submission in flight, if any, and lends its records.
-static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
+enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
     uint32_t index = trainer->next_slot;
     struct vw_submission_slot *slot = &trainer->slots[index];
     *records = trainer->records;
@@ -325,11 +324,7 @@ enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_st
         uint32_t index = (trainer->next_slot + i) % SUBMISSIONS_IN_FLIGHT;
         if (has_steps(trainer, index)) status = vw_submissions_submit(trainer->submissions, index);
     }
-    return !status ? hand_out(trainer, records, count) : status;
-}
-
-enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
-    return hand_out(trainer, records, count);
+    return !status ? vw_trainer_collect(trainer, records, count) : status;
 }
 
 bool vw_trainer_in_flight(const struct vw_trainer *trainer) {

@@ -88,7 +88,7 @@ static int set_up(void **state) {
 
 static int tear_down(void **state) {
     AUTO_FREE struct fixture *f = *state;
-    vw_verified_selection_free(&f->verified);
+    vw_verified_lists_free(&f->verified.lists);
     vw_scored_run_close(&f->run);
     temporary_folder_remove(f->folder);
     return 0;

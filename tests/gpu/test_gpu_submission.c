@@ -131,7 +131,7 @@ TEST(ranges_that_do_not_overlap_are_apart) {
 
 static void assert_epochs(const struct bench *bench, uint32_t commands, uint32_t barriers) {
     assert_int_equal(vw_submission_commands(bench->submission), commands);
-    assert_int_equal(vw_submission_barriers(bench->submission), barriers);
+    assert_int_equal(vw_command_list_barriers(vw_submission_list(bench->submission)), barriers);
 }
 
 TEST(a_read_after_a_write_waits_once) {

@@ -142,7 +142,8 @@ static void count_epochs(uint32_t together, double *commands, double *barriers) 
     }
     ASSERT_OK(vw_trainer_advance(trainers[0], &records, &count));
     *commands = vw_submission_commands(group.submissions->submissions[1]) / (double)STEPS_PER_SUBMISSION;
-    *barriers = vw_submission_barriers(group.submissions->submissions[1]) / (double)STEPS_PER_SUBMISSION;
+    *barriers =
+        vw_command_list_barriers(vw_submission_list(group.submissions->submissions[1])) / (double)STEPS_PER_SUBMISSION;
     for (uint32_t i = 0; i < together; i++) assert_true(vw_trainer_in_flight(trainers[i]));
     test_release_to(before);
 }

@@ -218,7 +218,7 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     if (!status && options->to) status = vw_selection_list_write(&job.run, &job.selection, options->to);
     job.train_count = status ? 0 : vw_scored_run_train_count(&job.run);
     if (!status) status = print(&job);
-    if (job.verify) vw_verified_selection_free(&job.verified);
+    if (job.verify) vw_verified_lists_free(&job.verified.lists);
     else vw_selection_free(&job.selection);
     vw_scored_run_close(&job.run);
     return status;

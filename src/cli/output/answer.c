@@ -28,7 +28,7 @@ static const struct line {
 
 // ---- Photos --------------------------------------------------------------------------------------------------------
 
-static void free_photos(struct vw_answer *answer) {
+void vw_answer_free(struct vw_answer *answer) {
     for (size_t i = 0; i < answer->photo_count; i++) free(answer->photos[i].name);
     free(answer->photos);
     answer->photos = NULL;
@@ -36,7 +36,7 @@ static void free_photos(struct vw_answer *answer) {
 }
 
 enum vw_status vw_answer_take(struct vw_answer *answer, const struct vw_results *results) {
-    free_photos(answer);
+    vw_answer_free(answer);
     answer->photos = vw_allocate(results->advice.count, sizeof *answer->photos);
     if (!answer->photos) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; results->score_count && i < results->advice.count; i++) {
@@ -50,8 +50,6 @@ enum vw_status vw_answer_take(struct vw_answer *answer, const struct vw_results 
     }
     return VW_OK;
 }
-
-void vw_answer_free(struct vw_answer *answer) { free_photos(answer); }
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
