@@ -246,11 +246,6 @@ static struct layout layout_of(const struct module *module, uint32_t type) {
 
 // ---- What the shader declares ---------------------------------------------------------------------------------------
 
-static void read_capability(uint32_t capability, struct vw_spirv *spirv) {
-    spirv->needs_int64 |= capability == CAPABILITY_INT64;
-    spirv->needs_int64_atomics |= capability == CAPABILITY_INT64_ATOMICS;
-}
-
 // Reads the size; the constant decorated as gl_WorkGroupSize, which specialization reaches, wins over the execution
 // mode.
 static void read_workgroup_size(const struct module *module, struct vw_spirv *spirv) {
@@ -373,7 +368,9 @@ enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *spe
     enum vw_status status = open_module(shader, &module);
     if (!status) read_workgroup_size(&module, &found);
     for (const uint32_t *at = status ? NULL : next(&module, NULL); at; at = next(&module, at)) {
-        if (operation_of(at) == OP_CAPABILITY) read_capability(at[1], &found);
+        bool capability = operation_of(at) == OP_CAPABILITY;
+        found.needs_int64 |= capability && at[1] == CAPABILITY_INT64;
+        found.needs_int64_atomics |= capability && at[1] == CAPABILITY_INT64_ATOMICS;
         if (operation_of(at) == OP_VARIABLE) read_variable(&module, at, &found);
     }
     if (!status) status = find_used_constants(&module, &found);

@@ -47,10 +47,6 @@ static void add_row(double *const rows[3], uint32_t width_px, struct sums *sums)
     }
 }
 
-static void read_row(const struct vw_image *image, const float background[3], uint32_t y_px, double *row) {
-    for (uint32_t x = 0; x < image->width_px; x++) row[x] = vw_image_luminance(image, x, y_px, background);
-}
-
 // Measures a photo. `room`: of three rows.
 static void measure(const struct vw_image *image, const float background[3], double *room,
                     struct vw_luminance *luminance) {
@@ -62,8 +58,8 @@ static void measure(const struct vw_image *image, const float background[3], dou
         rows[0] = rows[1];
         rows[1] = rows[2];
         rows[2] = oldest;
-        read_row(image, background, y, rows[2]);
         for (uint32_t x = 0; x < image->width_px; x++) {
+            rows[2][x] = vw_image_luminance(image, x, y, background);
             sum += rows[2][x];
             squares += rows[2][x] * rows[2][x];
         }

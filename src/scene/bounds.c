@@ -159,20 +159,18 @@ static struct axes measure_axes(const struct vw_scene *scene) {
     return axes;
 }
 
-static double half_view_tangent(const struct vw_camera *camera) {
-    return 0.5 * fmax(camera->width_px / camera->focal_x_px, camera->height_px / camera->focal_y_px);
-}
-
 // Computes the median over views of the half width seen at the focus.
 static enum vw_status median_half_width(const struct vw_scene *scene, const struct axes *axes,
                                         double *half_width_world) {
     double *widths = vw_allocate(scene->view_count, sizeof *widths);
     if (!widths) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_camera *camera = &scene->views[v].camera;
+        double tangent = 0.5 * fmax(camera->width_px / camera->focal_x_px, camera->height_px / camera->focal_y_px);
         double position[3], square = 0;
         position_of(&scene->views[v], axes->centroid_world, position);
         for (int i = 0; i < 3; i++) square += (axes->focus[i] - position[i]) * (axes->focus[i] - position[i]);
-        widths[v] = sqrt(square) * half_view_tangent(&scene->views[v].camera);
+        widths[v] = sqrt(square) * tangent;
     }
     vw_sort(widths, scene->view_count);
     *half_width_world = 0.5 * (widths[(scene->view_count - 1) / 2] + widths[scene->view_count / 2]);

@@ -142,15 +142,10 @@ static enum vw_status spread_draws(struct work *work) {
     return status ? status : rank_photos(work, work->values);
 }
 
-// Scales the variance: blocks of n among m epochs show a share 1 - n / m of it.
-static double variance_of(const struct work *work, uint32_t photo) {
-    double shown = 1 - (double)work->block / work->late_epochs;
-    return vw_spread_variance(&work->spreads[photo]) * vw_run_variance / shown;
-}
-
 static void append(const struct work *work, struct vw_ledger_score *scores, uint32_t *score_count) {
     struct vw_ledger_score *own = &scores[*score_count];
     uint32_t count = 0;
+    double shown = 1 - (double)work->block / work->late_epochs; // blocks of n among m epochs show a share 1 - n / m
     for (uint32_t i = 0, p = 0; i < work->input->image_count; i++) {
         if (strcmp(work->input->images[i].split, "train") != 0) continue;
         struct vw_ledger_score *score = &own[count++];
@@ -161,7 +156,7 @@ static void append(const struct work *work, struct vw_ledger_score *scores, uint
                                           .ci_low = NAN,
                                           .ci_high = NAN};
         if (p == work->photo_count || work->photos[p] != i) continue;
-        double error = sqrt(variance_of(work, p));
+        double error = sqrt(vw_spread_variance(&work->spreads[p]) * vw_run_variance / shown);
         score->value = work->values[p++];
         score->visits = work->totals[i].gains;
         if (work->late_epochs < 2) continue; // a single late epoch cannot be resampled

@@ -32,13 +32,11 @@ struct game {
 };
 enum { NO_PLAYER = UINT32_MAX };
 
-static bool is_trained(const struct vw_ledger_image *image) { return strcmp(image->split, "train") == 0; }
-
 static enum vw_status open_game(const struct vw_worth_input *input, struct game *game) {
     *game = (struct game){.players = vw_allocate(input->image_count, sizeof *game->players)};
     if (!game->players) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < input->image_count; i++)
-        game->players[i] = is_trained(&input->images[i]) ? game->player_count++ : (uint32_t)NO_PLAYER;
+        game->players[i] = strcmp(input->images[i].split, "train") != 0 ? (uint32_t)NO_PLAYER : game->player_count++;
     return VW_OK;
 }
 

@@ -143,11 +143,6 @@ static void take_pixel(const struct vw_oiio_result *file, size_t pixel, struct v
     for (int c = 0; c < 4; c++) vw_pixel_set(image->format, image->pixels, pixel * 4 + (size_t)c, fminf(rgba[c], 1));
 }
 
-static void drop_unusable(struct vw_image *image) {
-    free(image->unusable);
-    image->unusable = NULL;
-}
-
 static enum vw_status convert(const struct vw_oiio_result *file, struct vw_image *image) {
     const struct vw_image_header *header = &file->header;
     size_t pixel_count = (size_t)header->width_px * header->height_px;
@@ -158,7 +153,10 @@ static enum vw_status convert(const struct vw_oiio_result *file, struct vw_image
     image->unusable = vw_allocate(pixel_count, 1);
     if (!image->pixels || !image->unusable) return VW_ERROR_MEMORY;
     for (size_t i = 0; i < pixel_count; i++) take_pixel(file, i, image);
-    if (!image->masked_count) drop_unusable(image);
+    if (!image->masked_count) {
+        free(image->unusable);
+        image->unusable = NULL;
+    }
     double masked_share = (double)image->masked_count / (double)pixel_count;
     if (masked_share <= MASKED_SHARE_LIMIT) return VW_OK;
     return vw_fail(VW_ERROR_INPUT,
