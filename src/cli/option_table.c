@@ -289,12 +289,11 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(preset, preset_choice, VW_PRESET_PAPER)},
     {"field", NULL,
      "What is trained: a hash grid with two small networks, one deep network as in NeRF, or Gaussian splats; auto: "
-     "splats where train photos share enough points, and the other options ask for nothing that splats lack, else the "
-     "hash grid",
+     "splats, or the hash grid where other options ask for what splats lack",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_AUTO), COMMON},
     {"splats", "N",
      "Number of splats with --field splats; 0: one for each point of the scene that a train photo sees, but at "
-     "least 8192; with more splats than points, points have several",
+     "least 8192; points have up to 16; with fewer points, splats begin where photos agree",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, OPTION(COUNT, config.splats)},
     {"harmonics", "N", "Degree of the spherical harmonics of colours with --field splats", VW_OPTIONS_TRAINING,
      VW_SECTION_FIELD, OPTION(COUNT, config.harmonics)},

@@ -485,7 +485,7 @@ static const double SHARE = 0.1;
 
 uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *planned) {
     double rays = (double)planned->epochs * scene->split_count[VW_SPLIT_TRAIN] * planned->rays;
-    double steps = SHARE * rays / (PILOTS_EXPECTED * PILOT_FOLDS) / vw_pilots_config(scene, planned, 0).rays;
+    double steps = SHARE * rays / (PILOTS_EXPECTED * PILOT_FOLDS) / vw_pilots_config(planned, 0).rays;
     if (planned->pilot_steps != VW_PILOT_STEPS_AUTO) return planned->pilot_steps;
     return (uint32_t)fmin(fmax(steps, STEPS_LEAST), STEPS_MOST);
 }

@@ -30,8 +30,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
                                uint8_t key[VW_HASH_BYTES]) {
     const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
     const char *width = getenv("LP_NATIVE_VECTOR_WIDTH"); // changes the code that lavapipe makes
-    struct vw_config pilot =
-        vw_pilots_config(scene, planned, vw_pilot_steps(scene, planned)); // its epochs tell the steps
+    struct vw_config pilot = vw_pilots_config(planned, vw_pilot_steps(scene, planned)); // its epochs tell the steps
     char *config = vw_config_to_json(&pilot, false);
     uint8_t shaders[VW_HASH_BYTES];
     struct vw_hasher hasher;
@@ -42,7 +41,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     }
     vw_shader_hash(shaders);
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth decisions 4");
+    vw_hasher_add_text(&hasher, "viewworth decisions 5");
     vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
     vw_hasher_add_text(&hasher, config);
     vw_hasher_add_integer(&hasher, vw_pilot_steps_in_doubt(scene, planned));

@@ -44,9 +44,8 @@ static void shrink(struct vw_config *config, const struct vw_config *planned) {
     config->learning_rate = LEARNING_RATE;
 }
 
-// Splats without points begin so far from the scene that a fit of gain and bias gains by that alone (3.5 dB on chair).
-struct vw_config vw_pilots_config(const struct vw_scene *scene, const struct vw_config *planned, uint32_t steps) {
-    bool splats = planned->field == VW_FIELD_SPLATS && scene->points_tell_exposures;
+struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps) {
+    bool splats = planned->field == VW_FIELD_SPLATS;
     // With a seed of 0: runs of all seeds have the same decisions.
     struct vw_config config = vw_config_of_field(splats ? VW_FIELD_SPLATS : VW_FIELD_HASH);
     shrink(&config, planned);
@@ -81,7 +80,7 @@ enum vw_status vw_pilots_open(const struct vw_pilots_params *params, struct vw_p
     uint32_t *views = NULL, count = 0;
     *pilots = (struct vw_pilots){.gpu = params->gpu,
                                  .scene = params->scene,
-                                 .config = vw_pilots_config(params->scene, params->planned, params->steps),
+                                 .config = vw_pilots_config(params->planned, params->steps),
                                  .steps = params->steps,
                                  .masks = params->masks,
                                  .fits = params->fits};

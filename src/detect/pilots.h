@@ -59,9 +59,9 @@ struct vw_pilots_params {
     bool masks, fits;
 };
 
-// Returns the config of every pilot for a run with the config `planned`: few splats for a run of splats whose points
-// tell exposures, and otherwise a small hash grid. A training has its fold's seed.
-struct vw_config vw_pilots_config(const struct vw_scene *scene, const struct vw_config *planned, uint32_t steps);
+// Returns the config of every pilot for a run with the config `planned`: few splats for a run of splats, otherwise a
+// small hash grid. A training has its fold's seed.
+struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps);
 // Chooses the photos.
 enum vw_status vw_pilots_open(const struct vw_pilots_params *params, struct vw_pilots *pilots);
 

@@ -325,10 +325,8 @@ TEST(folds_share_no_photo) {
     }
 }
 
-// Pilots train splats for a run of splats where points tell exposures, and otherwise a hash grid, for which what only
-// the field mlp has is off.
+// Pilots train splats for a run of splats, and otherwise a hash grid, for which what only the field mlp has is off.
 TEST(pilots_train_the_field_of_the_run) {
-    struct vw_scene *scene = detection_plain_scene();
     struct vw_config planned = vw_config_of_field(VW_FIELD_MLP);
     planned.mlp_depth = 2;
     planned.frequencies = 4;
@@ -342,14 +340,12 @@ TEST(pilots_train_the_field_of_the_run) {
     const enum vw_field fields[] = {VW_FIELD_HASH, VW_FIELD_SPLATS};
     for (size_t i = 0; i < VW_ARRAY_COUNT(configs); i++) {
         ASSERT_OK(vw_config_check(configs[i]));
-        const struct vw_config pilot = vw_pilots_config(scene, configs[i], 8);
+        const struct vw_config pilot = vw_pilots_config(configs[i], 8);
         assert_int_equal(pilot.field, fields[i]);
         ASSERT_OK(vw_config_check(&pilot));
     }
-    assert_int_equal(vw_pilots_config(scene, &splats, 8).splats, PILOT_SPLATS);
-    assert_true(vw_pilots_config(scene, &splats, 8).ssim_weight == 0.3);
-    scene_forget_points(scene);
-    assert_int_equal(vw_pilots_config(scene, &splats, 8).field, VW_FIELD_HASH);
+    assert_int_equal(vw_pilots_config(&splats, 8).splats, PILOT_SPLATS);
+    assert_true(vw_pilots_config(&splats, 8).ssim_weight == 0.3);
 }
 
 // Six pilots, of two trainings each, look at no more than a tenth of the rays of the run, unless that leaves too few

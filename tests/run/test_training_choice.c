@@ -5,8 +5,8 @@
 #include "run/plan/training_choice.h"
 #include "support/gpu_fixture.h"
 
-#define COURTYARD VW_SOURCE_FOLDER "/scenes/courtyard.json" // 96 x 72, with points
-#define TINY VW_SOURCE_FOLDER "/tests/support/tiny.json"    // 16 x 12, with few
+#define COURTYARD VW_SOURCE_FOLDER "/scenes/courtyard.json" // 96 x 72
+#define TINY VW_SOURCE_FOLDER "/tests/support/tiny.json"    // 16 x 12
 
 static struct vw_training_choice choose(const char *path, uint32_t downscale, const char *option, bool lasting,
                                         struct vw_config *config, uint32_t *chosen) {
@@ -19,21 +19,21 @@ static struct vw_training_choice choose(const char *path, uint32_t downscale, co
     return choice;
 }
 
-TEST(a_field_is_chosen_by_points_and_by_what_is_asked_for) {
+TEST(a_field_is_chosen_by_what_is_asked_for) {
     static const struct {
         const char *path, *option, *effects, *why;
         bool lasting;
         enum vw_field field;
     } cases[] = {
-        {COURTYARD, "", "auto", "splats, which begin at the 2416 points", false, VW_FIELD_SPLATS},
-        {TINY, "", "auto", "hash, since train photos share 86 points", false, VW_FIELD_HASH},
+        {COURTYARD, "", "auto", "splats, which are crisper", false, VW_FIELD_SPLATS},
+        {TINY, "", "auto", "splats, which are crisper", false, VW_FIELD_SPLATS},
         {COURTYARD, "samples", "auto", "hash, since --samples as given is not for splats", false, VW_FIELD_HASH},
         {COURTYARD, "mlp-depth", "auto", "mlp, since --mlp-depth as given", false, VW_FIELD_MLP},
         {COURTYARD, "rays", "auto", "hash, since --rays as given", false, VW_FIELD_HASH},
         {TINY, "ssim-weight", "auto", "splats, since --ssim-weight as given is not for a hash grid", false,
          VW_FIELD_SPLATS},
         {COURTYARD, "", "+transient", "hash, since --effects as given", false, VW_FIELD_HASH},
-        {COURTYARD, "", "-transient", "splats, which begin at the 2416 points", false, VW_FIELD_SPLATS},
+        {COURTYARD, "", "-transient", "splats, which are crisper", false, VW_FIELD_SPLATS},
         {COURTYARD, "", "auto", "hash, since splats have no lasting credit", true, VW_FIELD_HASH},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {

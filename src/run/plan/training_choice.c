@@ -9,23 +9,10 @@
 #include "train/effects/registry.h"
 #include "viewworth/log.h"
 
-enum { POINTS_LEAST = 500, DOWNSCALE_MOST = 64, WHY_BYTES = 120, OPTION_BYTES = 64 };
+enum { DOWNSCALE_MOST = 64, WHY_BYTES = 120, OPTION_BYTES = 64 };
 static const double GPU_PIXELS = 2.1e6; // 1,920 x 1,080 and a little
 
 // ---- The field -----------------------------------------------------------------------------------------------------
-
-// Counts the points that two train photos see: where one does, nothing says how far away they are.
-static uint32_t count_points(const struct vw_scene *scene) {
-    uint32_t count = 0;
-    for (uint32_t p = 0; p < scene->point_count; p++) {
-        const struct vw_track *tracks = scene->tracks + scene->points[p].first_track;
-        uint32_t seen = 0;
-        for (uint32_t t = 0; t < scene->points[p].track_count; t++)
-            seen += scene->views[tracks[t].view].split == VW_SPLIT_TRAIN;
-        count += seen >= 2;
-    }
-    return count;
-}
 
 // Returns whether the config can have the field; if not, `option` names what stands against it.
 static bool can_have(enum vw_field field, const struct vw_training_choice_params *params,
@@ -41,25 +28,19 @@ static bool can_have(enum vw_field field, const struct vw_training_choice_params
 
 // Returns the field; `why` says why it is not another.
 static enum vw_field choose_field(const struct vw_training_choice_params *params, const struct vw_config *config,
-                                  const struct vw_scene *scene, char why[WHY_BYTES]) {
+                                  char why[WHY_BYTES]) {
     char option[OPTION_BYTES];
-    uint32_t points = count_points(scene);
     if (!can_have(VW_FIELD_SPLATS, params, config, option)) {
         snprintf(why, WHY_BYTES, "since %s as given is not for splats", option);
         bool only_mlp =
             !can_have(VW_FIELD_HASH, params, config, option) && can_have(VW_FIELD_MLP, params, config, option);
         return only_mlp ? VW_FIELD_MLP : VW_FIELD_HASH;
     }
-    bool only_splats = !can_have(VW_FIELD_HASH, params, config, option), enough = points >= POINTS_LEAST;
+    bool only_splats = !can_have(VW_FIELD_HASH, params, config, option);
     if (only_splats) snprintf(why, WHY_BYTES, "since %s as given is not for a hash grid", option);
     else if (params->lasting) snprintf(why, WHY_BYTES, "since splats have no lasting credit");
-    else if (enough)
-        snprintf(why, WHY_BYTES,
-                 "which begin at the %" PRIu32 " points that train photos share; --field hash: a hash grid", points);
-    else
-        snprintf(why, WHY_BYTES, "since train photos share %" PRIu32 " points, and splats need %d to begin at", points,
-                 POINTS_LEAST);
-    return only_splats || (enough && !params->lasting) ? VW_FIELD_SPLATS : VW_FIELD_HASH;
+    else snprintf(why, WHY_BYTES, "which are crisper for the same time; --field hash: a hash grid");
+    return params->lasting && !only_splats ? VW_FIELD_HASH : VW_FIELD_SPLATS;
 }
 
 // ---- The size ------------------------------------------------------------------------------------------------------
@@ -98,34 +79,30 @@ static void choose_size(const struct vw_training_choice_params *params, const st
 
 // ---- Both ----------------------------------------------------------------------------------------------------------
 
-// Opens the scene as its photos are stored; what it says of cameras and points is enough. Those of a recipe are traced.
-static enum vw_status open_stored(const struct vw_scene_params *asked, struct vw_gpu *gpu, struct vw_scene **scene) {
+// Opens the scene as its photos are stored, by its headers.
+static enum vw_status open_stored(const struct vw_scene_params *asked, struct vw_scene **scene) {
     struct vw_scene_params stored = *asked;
     stored.headers_only = true;
     stored.downscale = 1;
     stored.corrupt = 0;
-    enum vw_status status = vw_scene_open(&stored, scene);
-    if (status || !gpu || strcmp((*scene)->format, "recipe") != 0) return status;
-    vw_scene_close(scene);
-    stored.headers_only = false;
-    stored.gpu = gpu;
     return vw_scene_open(&stored, scene);
 }
 
 enum vw_status vw_training_choose(const struct vw_training_choice_params *params, struct vw_scene_params *scene,
                                   struct vw_config *config, struct vw_training_choice *choice) {
     *choice = (struct vw_training_choice){0};
-    if (config->field != VW_FIELD_AUTO && scene->downscale) return VW_OK;
-    struct vw_scene *opened = NULL;
-    enum vw_status status = open_stored(scene, params->gpu, &opened);
-    if (!status && config->field == VW_FIELD_AUTO) {
+    enum vw_status status = VW_OK;
+    if (config->field == VW_FIELD_AUTO) {
         char why[WHY_BYTES];
-        vw_config_take_field(choose_field(params, config, opened, why), params->explicit_fields, config);
+        vw_config_take_field(choose_field(params, config, why), params->explicit_fields, config);
         snprintf(choice->field, sizeof choice->field, "%s, %s", vw_field_name(config->field), why);
         vw_log_info("field    %s", choice->field);
         status = vw_config_check(config);
     }
-    if (!status && !scene->downscale) {
+    if (status || scene->downscale) return status;
+    struct vw_scene *opened = NULL;
+    status = open_stored(scene, &opened);
+    if (!status) {
         choose_size(params, opened, &scene->downscale, choice->size, sizeof choice->size);
         vw_log_info("size     %s", choice->size);
     }

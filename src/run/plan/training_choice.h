@@ -1,9 +1,8 @@
 // The field and the size of the photos, for trainings that leave them open (--field auto, --downscale auto).
 //
-// Splats are trained where train photos see enough points to begin at; elsewhere, and where an option or an effect asks
-// for what splats lack, a hash grid. On a CPU the photos are divided until a training of the level sees each pixel
-// often enough: a field of many more pixels than it is shown stays a smear. A GPU trains at the stored size, up to 2
-// megapixels. Figures: src/lab/results/splats.md.
+// Splats are trained, and a hash grid where an option or an effect asks for what they lack. On a CPU the photos are
+// divided until a training of the level sees each pixel often enough: a field of many more pixels than it is shown
+// stays a smear. A GPU trains at the stored size, up to 2 megapixels. Figures: src/lab/results/splats.md.
 #ifndef VIEWWORTH_RUN_PLAN_TRAINING_CHOICE_H
 #define VIEWWORTH_RUN_PLAN_TRAINING_CHOICE_H
 
@@ -17,7 +16,7 @@
 #include "viewworth/train.h"
 
 struct vw_training_choice_params {
-    struct vw_gpu *gpu;       // borrowed; NULL: there is none, as if it were a CPU, and a recipe has no points
+    struct vw_gpu *gpu;       // borrowed; NULL: there is none, as if it were a CPU
     const char *accuracy;     // the level; NULL: standard
     uint64_t explicit_fields; // numbers of the config that stay: bits of vw_config_explicit()
     bool lasting;             // lasting credit is asked for, which splats lack
@@ -28,7 +27,7 @@ struct vw_training_choice {
 };
 
 // Chooses what is open: config->field where it is VW_FIELD_AUTO, scene->downscale where it is 0. Opens the scene, by
-// its headers, if anything is. Logs the lines.
+// its headers, for the latter. Logs the lines.
 enum vw_status vw_training_choose(const struct vw_training_choice_params *params, struct vw_scene_params *scene,
                                   struct vw_config *config, struct vw_training_choice *choice);
 

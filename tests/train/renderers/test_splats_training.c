@@ -268,16 +268,16 @@ static double pixel2_of(const struct vw_view *view, const double at[3]) {
 }
 
 TEST(filters_are_by_the_nearest_train_photo_that_shows_the_splat) {
-    struct vw_scene *scene = test_scene();
+    struct vw_scene *scene = scene_with_points();
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);
     uint32_t count = 0, hidden = 0;
-    config.splats = 300;
-    for (uint32_t v = 0; v < scene->view_count; v++) { // so long that no photo shows the corners
-        scene->views[v].camera.focal_x_px *= 3.0;
-        scene->views[v].camera.focal_y_px *= 3.0;
+    config.splats = POINTS - POINTS / 3;
+    for (uint32_t v = 0; v < scene->view_count; v++) { // so long that no photo shows some points
+        scene->views[v].camera.focal_x_px *= 4.0;
+        scene->views[v].camera.focal_y_px *= 4.0;
     }
     const float *params = start_of(scene, &config, &count);
-    double edge = 2.0 * scene->box.half_extent_world, widest = 0.0, of_hidden[300];
+    double edge = 2.0 * scene->box.half_extent_world, widest = 0.0, of_hidden[POINTS];
     for (uint32_t splat = 0; splat < count; splat++) {
         double at[3], pixel2 = INFINITY, filter = params[4 * (SPLAT_SCALE * count + splat) + 3];
         for (int i = 0; i < 3; i++) at[i] = ((double)params[4 * splat + i] - 0.5) * edge + scene->box.centre_world[i];

@@ -104,9 +104,14 @@ static inline const struct vw_splat_model *vw_splat_model_of(const struct vw_mod
 
 // Counts the points of a scene that a train view sees.
 uint32_t vw_splats_count_points(const struct vw_model *model, const struct vw_scene *scene);
-// Writes the initial values of all splats: of points, or, where no train view sees any, drawn in the box.
+// Writes the initial values of all splats: at points, or, where train views see too few, where photos agree.
 enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                float *params);
+// Places splats on rays of train photos, at the depths that others agree on, in the colours of their pixels, and
+// decodes the photos. The places that photos tell nothing of stay as they are. `means` in box coordinates, `colours` in
+// [0,1].
+enum vw_status vw_splats_place_by_photos(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                                         uint32_t count, float (*means)[3], float (*colours)[3]);
 // Writes the filters of splats for where they are; `held`: their scales hold the filter, which is taken out of them.
 enum vw_status vw_splats_filter(const struct vw_model *model, const struct vw_scene *scene, bool held, float *params);
 // Writes for each point its root mean square distance to the three nearest others, but at least `least`.

@@ -9,6 +9,7 @@
 enum {
     SPLATS_MOST = 1 << 20,
     SPLATS_LEAST = 8192, // unless asked for fewer: a point has several where there are few
+    OF_POINT_MOST = 16,  // splats of a point; with fewer points, none begins at one
     PATCH_SIDE = 8,      // squares of validation have a CPU's tile's side
 };
 
@@ -34,6 +35,7 @@ static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
                     : splats->source_count > SPLATS_LEAST ? splats->source_count
                                                           : SPLATS_LEAST;
     if (splats->count > SPLATS_MOST) splats->count = SPLATS_MOST;
+    if (splats->source_count * (uint64_t)OF_POINT_MOST < splats->count) splats->source_count = 0;
     splats->degree = config->harmonics;
     uint64_t bytes = vw_splat_param_bytes(&(struct vw_splat_room){.splats = splats->count, .degree = splats->degree});
     model->weights.offset_bytes = vw_round_up(bytes, VW_PARAMS_ALIGNMENT_BYTES);

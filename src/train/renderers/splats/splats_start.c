@@ -1,7 +1,8 @@
 // Initial values of splats: those of a file, or at the points of structure from motion that train views see, so that
-// validation and test photos add nothing; without points, drawn in the box. Sizes follow the gaps between points.
+// validation and test photos add nothing; without points, where train photos agree. Sizes follow the gaps between them.
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "base/random.h"
@@ -123,26 +124,51 @@ static void choose_points(const struct vw_model *model, const struct vw_scene *s
 }
 
 struct start {
-    uint32_t *list;           // points, by index in the scene
-    float (*means)[3], *gaps; // by splat; box coordinates
+    uint32_t *list;                          // points, by index in the scene
+    float (*means)[3], *gaps, (*colours)[3]; // by splat; box coordinates
 };
 
-// Places the first splats: one at each point that is listed, or all in the box if there are no points.
-static void place(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, uint32_t count,
-                  struct start *start) {
+static enum vw_status create_start(uint32_t points, uint32_t count, struct start *start) {
+    *start = (struct start){.list = vw_allocate(points, sizeof *start->list),
+                            .means = vw_allocate(count, sizeof *start->means),
+                            .gaps = vw_allocate(count, sizeof *start->gaps),
+                            .colours = vw_allocate(count, sizeof *start->colours)};
+    return start->list && start->means && start->gaps && start->colours ? VW_OK : VW_ERROR_MEMORY;
+}
+
+static void destroy_start(struct start *start) {
+    free(start->list);
+    free(start->means);
+    free(start->gaps);
+    free(start->colours);
+}
+
+// Places the first splats: one at each point that is listed.
+static void place_at_points(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, uint32_t count,
+                            struct start *start) {
     double edge = 2.0 * model->box.half_extent_world;
+    choose_points(model, scene, seed, start->list);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct vw_point *point = &scene->points[start->list[i]];
+        for (uint32_t axis = 0; axis < 3; axis++) {
+            start->means[i][axis] = (float)((point->position_world[axis] - model->box.centre_world[axis]) / edge + 0.5);
+            start->colours[i][axis] = point->rgb[axis];
+        }
+    }
+}
+
+// Places all splats where photos agree; those that photos tell nothing of, anywhere in the box.
+static enum vw_status place_without_points(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                                           uint32_t count, struct start *start) {
     for (uint32_t i = 0; i < count; i++) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 0, words);
         for (uint32_t axis = 0; axis < 3; axis++) {
             start->means[i][axis] = vw_random_unit(words[axis]);
-            if (vw_splat_model_of(model)->source_count)
-                start->means[i][axis] =
-                    (float)((scene->points[start->list[i]].position_world[axis] - model->box.centre_world[axis]) /
-                                edge +
-                            0.5);
+            start->colours[i][axis] = 0.5f;
         }
     }
+    return vw_splats_place_by_photos(model, scene, seed, count, start->means, start->colours);
 }
 
 // Places the splats beyond one for each point: each point has one more in turn, along no axis farther from it than the
@@ -154,6 +180,7 @@ static void place_more(uint64_t seed, uint32_t points, uint32_t count, struct st
         for (uint32_t axis = 0; axis < 3; axis++)
             start->means[i][axis] =
                 start->means[from][axis] + start->gaps[from] * (2.0f * vw_random_unit(words[axis]) - 1.0f);
+        memcpy(start->colours[i], start->colours[from], sizeof start->colours[i]);
     }
 }
 
@@ -178,16 +205,13 @@ static enum vw_status measure_gaps(struct start *start, uint32_t count) {
     return status ? status : cut_gaps(start->gaps, count);
 }
 
-static void write_splat(const struct vw_model *model, const struct vw_scene *scene, const struct start *start,
-                        uint32_t splat, float *params) {
-    size_t column = 4 * (size_t)vw_splat_model_of(model)->count;
+static void write_splat(const struct start *start, uint32_t splat, uint32_t count, float *params) {
+    size_t column = 4 * (size_t)count;
     float *own = params + 4 * (size_t)splat;
     for (uint32_t i = 0; i < 3; i++) {
-        uint32_t sources = vw_splat_model_of(model)->source_count;
-        float colour = sources ? scene->points[start->list[splat % sources]].rgb[i] : 0.5f;
         own[SPLAT_MEAN * column + i] = start->means[splat][i];
         own[SPLAT_SCALE * column + i] = logf(start->gaps[splat]);
-        own[SPLAT_HARMONICS * column + i] = (colour - 0.5f) / CONSTANT_HARMONIC;
+        own[SPLAT_HARMONICS * column + i] = (start->colours[splat][i] - 0.5f) / CONSTANT_HARMONIC;
     }
     own[SPLAT_MEAN * column + 3] = logf(OPACITY / (1.0f - OPACITY));
     own[SPLAT_TURN * column] = 1.0f;
@@ -211,19 +235,15 @@ enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_sce
     if (model->config->initial[0]) return start_from_file(model, scene, params);
     uint32_t count = vw_splat_model_of(model)->count, sources = vw_splat_model_of(model)->source_count,
              first = sources && sources < count ? sources : count;
-    struct start start = {.list = vw_allocate(vw_splat_model_of(model)->source_count, sizeof *start.list),
-                          .means = vw_allocate(count, sizeof *start.means),
-                          .gaps = vw_allocate(count, sizeof *start.gaps)};
-    enum vw_status status = start.list && start.means && start.gaps ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) choose_points(model, scene, seed, start.list);
-    if (!status) place(model, scene, seed, first, &start);
+    struct start start;
+    enum vw_status status = create_start(sources, count, &start);
+    if (!status && sources) place_at_points(model, scene, seed, first, &start);
+    if (!status && !sources) status = place_without_points(model, scene, seed, count, &start);
     if (!status) status = measure_gaps(&start, first);
     if (!status) place_more(seed, first, count, &start);
     if (!status && first < count) status = measure_gaps(&start, count);
-    for (uint32_t i = 0; i < count && !status; i++) write_splat(model, scene, &start, i, params);
+    for (uint32_t i = 0; i < count && !status; i++) write_splat(&start, i, count, params);
     if (!status) status = vw_splats_filter(model, scene, false, params);
-    free(start.list);
-    free(start.means);
-    free(start.gaps);
+    destroy_start(&start);
     return status;
 }
