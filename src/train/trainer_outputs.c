@@ -133,17 +133,27 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
     return vw_field_file_load(path, &trainer->parts);
 }
 
+static enum vw_status add_sky(struct vw_trainer *trainer, float **params, uint32_t *count) {
+    const struct vw_param_range *range = &trainer->model.ranges[VW_SLOT_SKY];
+    vw_float4 sky[VW_SKY_COLUMNS];
+    if (!range->size_bytes) return VW_OK;
+    enum vw_status status = vw_buffer_read(trainer->field.params, range->offset_bytes, sky, sizeof sky);
+    uint32_t columns = VW_SPLAT_COLUMNS(vw_splat_model_of(&trainer->model)->degree);
+    return status ? status : vw_splats_add_sky(sky, columns, params, count);
+}
+
 enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, uint32_t degree, void **data, size_t *size_bytes) {
     const struct vw_splat_model *splats = vw_splat_model_of(&trainer->model);
     *data = NULL;
     *size_bytes = 0;
     if (trainer->config.field != VW_FIELD_SPLATS) return VW_OK;
-    uint64_t bytes = sizeof(vw_float4) * VW_SPLAT_COLUMNS(splats->degree) * (uint64_t)splats->count;
+    uint32_t count = splats->count;
+    uint64_t bytes = sizeof(vw_float4) * VW_SPLAT_COLUMNS(splats->degree) * (uint64_t)count;
     float *params = vw_allocate(bytes, 1);
     enum vw_status status = params ? vw_buffer_read(trainer->field.params, 0, params, bytes) : VW_ERROR_MEMORY;
+    if (!status) status = add_sky(trainer, &params, &count);
     if (!status)
-        status =
-            vw_splat_file_make(params, splats->count, splats->degree, degree, &trainer->model.box, data, size_bytes);
+        status = vw_splat_file_make(params, count, splats->degree, degree, &trainer->model.box, data, size_bytes);
     free(params);
     return status;
 }

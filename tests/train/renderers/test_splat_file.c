@@ -248,4 +248,29 @@ FOLDER_TEST(a_run_begins_where_the_file_ended) {
     ASSERT_FAILS(vw_splats_begin_from(path, &config), VW_ERROR_INPUT, "is not the file that the run begins from");
 }
 
+// Other programs know no sky: a run without the effect, which begins at the file, shows the same to 40 dB, since splats
+// of the dome overlap, but do not add up to a smooth colour. Black in place of the sky would have less than 20.
+FOLDER_TEST(a_file_shows_the_sky) {
+    struct vw_config config = splats_config();
+    const char *path = temporary_path(*state, "field.ply");
+    float *params = NULL, *rgb = NULL;
+    uint64_t numbers = 0;
+    double squares = 0.0, light = 0.0;
+    strcpy(config.effects, "sky");
+    AUTO_FREE float *expected = train_and_render(path, &config, &params, &numbers);
+    strcpy(config.effects, "none");
+    config.splats = 0;
+    ASSERT_OK(vw_splats_begin_from(path, &config));
+    assert_int_equal(config.splats, 200 + 2000);
+    struct vw_trainer *trainer = test_trainer_create(test_scene(), &config, true, 0);
+    ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
+    const size_t count = (size_t)3 * 24 * 18;
+    for (size_t i = 0; i < count; i++) {
+        squares += (rgb[i] - expected[i]) * (double)(rgb[i] - expected[i]);
+        light += expected[i] * (double)expected[i];
+    }
+    free(rgb);
+    if (squares / count > 1e-4 || light / count < 0.1) fail_msg("%g of %g", squares / count, light / count);
+}
+
 TEST_GROUP(NULL, test_gpu_close)

@@ -112,6 +112,10 @@ enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_sce
 // [0,1].
 enum vw_status vw_splats_place_by_photos(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                          uint32_t count, float (*means)[3], float (*colours)[3]);
+// Adds splats to so many columns of params: a dome that shows the sky, whose coefficients these are. The new params
+// replace
+// `*params`, which the caller owns.
+enum vw_status vw_splats_add_sky(const vw_float4 *sky, uint32_t columns, float **params, uint32_t *count);
 // Writes the filters of splats for where they are; `held`: their scales hold the filter, which is taken out of them.
 enum vw_status vw_splats_filter(const struct vw_model *model, const struct vw_scene *scene, bool held, float *params);
 // Writes for each point its root mean square distance to the three nearest others, but at least `least`.
