@@ -9,7 +9,7 @@
 enum { DOME = 2000 };
 static const double RADIUS = 40.0; // box edges; splats begin within 21 of a camera
 static const float WIDTH = 0.07f;  // standard deviation, in radii: what neighbours are apart (sqrt(4 pi / DOME) = 0.08)
-static const float LOGIT = 5.0f;   // of an opacity of 0.993
+static const float LOGIT = 5.0f;   // an opacity of 0.993
 static const double GOLDEN_ANGLE = 2.399963229728653, CONSTANT_HARMONIC = 0.28209479177387814;
 
 // Computes the colour in a direction, as shaders/effects/sky/sky.glsl does.
