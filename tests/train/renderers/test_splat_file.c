@@ -201,6 +201,15 @@ static struct vw_config splats_config(void) {
     return config;
 }
 
+// Gives the sky, if there is one, colours that differ by direction.
+static void paint_sky(struct vw_trainer *trainer) {
+    const struct vw_param_range *range = &trainer->model.ranges[VW_SLOT_SKY];
+    float numbers[4 * VW_SKY_COLUMNS];
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) numbers[i] = (float)test_draw(5, i, 0);
+    if (range->size_bytes)
+        ASSERT_OK(vw_buffer_write(trainer->field.params, range->offset_bytes, numbers, sizeof numbers));
+}
+
 // Saves the splats of a trained run, and renders its first view.
 static float *train_and_render(const char *path, const struct vw_config *config, float **params, uint64_t *numbers) {
     AUTO_FREE void *data = NULL;
@@ -208,6 +217,7 @@ static float *train_and_render(const char *path, const struct vw_config *config,
     float *rgb = NULL;
     struct vw_trainer *trainer = test_trainer_create(test_scene(), config, true, 0);
     test_run_of(trainer);
+    paint_sky(trainer);
     ASSERT_OK(vw_trainer_make_splats(trainer, 0, &data, &size_bytes));
     ASSERT_OK(vw_file_write(path, data, size_bytes));
     ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));

@@ -10,10 +10,10 @@
 enum { PHOTOS = 7, SIDE_PX = 48, SPLATS = 400 };
 static const double WALL_Z = -0.4, AWAY = 2.5, AT_WALL = 0.3; // world units
 
-// Returns the grey of the wall: random, blended between whole places; with `plain`, half of it is as grey everywhere.
+// Returns the grey of the wall: random, blended between whole places; with `plain`, three quarters are one grey.
 static double wall_at(double x, double y, bool plain) {
     double u = 9.0 * (x + 2.0), v = 9.0 * (y + 2.0), sum = 0.0;
-    if (plain && ((uint32_t)(u / 6.0) + (uint32_t)(v / 6.0)) % 2) return 0.5;
+    if (plain && ((uint32_t)(u / 4.0) + 2 * (uint32_t)(v / 4.0)) % 4) return 0.5;
     for (uint32_t i = 0; i < 4; i++) {
         double weight = (i % 2 ? u - floor(u) : 1.0 - u + floor(u)) * (i / 2 ? v - floor(v) : 1.0 - v + floor(v));
         sum += weight * test_draw(7, (uint32_t)u + i % 2, (uint32_t)v + i / 2);
