@@ -303,6 +303,33 @@ TEST(seeds_draw_other_points) {
     assert_memory_not_equal(first, other, 16 * count);
 }
 
+// A box of all that lies far behind what the cameras stand around does not make splats move faster: a first step has
+// the length of its rate, and five have at most twice as much each.
+TEST(positions_move_by_what_cameras_stand_around) {
+    static const double extents[] = {1.0, 20.0};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(extents); i++) {
+        struct vw_scene *scene = test_scene();
+        scene->box.half_extent_world = extents[i];
+        struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+        config.epochs = 1;
+        config.learning_rate_decay = 1.0;
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0);
+        const struct vw_splat_model *splats = vw_splat_model_of(&trainer->model);
+        double extent = fmin(1.0, 3.0 / (0.32 * 2.0 * extents[i])), farthest = 0.0;
+        assert_near(splats->extent, extent,
+                    0.4 * extent); // five of eight cameras on a ring of 3: their middle is beside it
+        uint32_t numbers = 4 * splats->count;
+        const float *before = test_read(trainer->field.params);
+        test_run_of(trainer);
+        const float *after = test_read(trainer->field.params);
+        for (uint32_t k = 0; k < numbers; k++)
+            if (k % 4 < 3) farthest = fmax(farthest, fabs((double)after[k] - before[k]));
+        double rate = 1.7e-4 * config.learning_rate * extent;
+        if (farthest < 0.9 * rate || farthest > 10.0 * rate) fail_msg("%g at a rate of %g", farthest, rate);
+        test_release(trainer);
+    }
+}
+
 TEST(gaps_are_those_of_all_pairs) {
     enum { COUNT = 200 };
     float points[COUNT][3], gaps[COUNT];

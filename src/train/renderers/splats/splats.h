@@ -97,6 +97,7 @@ void vw_splat_update_record(const struct vw_splat_gradient *gradient, struct vw_
 struct vw_splat_model {
     uint32_t count, degree; // splats; degree of their harmonics
     uint32_t source_count;  // points of the scene that they are made of, if more than `count` a draw of them; 0: none
+    double extent;          // box edges, at most 1; of what the cameras stand around
 };
 static inline const struct vw_splat_model *vw_splat_model_of(const struct vw_model *model) {
     return model->of_renderer;

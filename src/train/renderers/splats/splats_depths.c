@@ -22,7 +22,7 @@ enum {
     DRAWS = 4,       // pixels that are tried until others agree on one
     DRAWS_MOST = 64, // pixels that are tried until one may be seen at all
 };
-static const double NEAREST = 0.05, FARTHEST = 20.0; // box edges from a camera
+static const double NEAREST = 0.05, FARTHEST = 20.0; // from a camera: extents; box edges
 static const double VARIANCE_LEAST = 1e-4;           // added to that of luminance in a patch: less is noise
 static const double ALIKE = 0.7;                     // cosine of the angle between the axes of two photos
 static const float SURE = 0.7f; // correlation; an unsure pixel takes the depth of the nearest sure one of its photo
@@ -37,7 +37,8 @@ struct photo {
 struct photos {
     struct photo *list;
     uint32_t count;
-    bool in_box; // all that they show is in the box
+    bool in_box;    // all that they show is in the box
+    double nearest; // box edges; nothing is nearer
 };
 
 struct patch {
@@ -167,7 +168,8 @@ static struct sight look(const struct photos *photos, const struct photo *photo,
                          double offset) {
     static const double middle[3] = {0.5, 0.5, 0.5}, next_px[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
     double away = sqrt(distance2(photo->centre, middle)), radius = sqrt(0.75), at_px[2] = {x_px + 0.5, y_px + 0.5};
-    double nearest = fmax(NEAREST, away - radius), farthest = photos->in_box ? away + radius : nearest + FARTHEST,
+    double nearest = fmax(photos->nearest, away - radius),
+           farthest = photos->in_box ? away + radius : nearest + FARTHEST,
            spacing = (1.0 / nearest - 1.0 / farthest) / DEPTHS;
     struct sight best = {true, x_px, y_px, (float)(2.0 / (1.0 / nearest + 1.0 / farthest)), -1.0f};
     struct patch patch;
@@ -257,7 +259,7 @@ static void place(const struct photo *photo, const struct sight *sight, float me
 
 enum vw_status vw_splats_place_by_photos(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                          uint32_t count, float (*means)[3], float (*colours)[3]) {
-    struct photos photos = {.in_box = scene->has_alpha};
+    struct photos photos = {.in_box = scene->has_alpha, .nearest = NEAREST * vw_splat_model_of(model)->extent};
     struct sight *sights = vw_allocate(count, sizeof *sights);
     enum vw_status status = sights ? list_photos(model, scene, &photos) : VW_ERROR_MEMORY;
     uint32_t stride = photos.count;

@@ -13,6 +13,9 @@ enum {
     PATCH_SIDE = 8,      // squares of validation have a CPU's tile's side
 };
 
+// Cameras that spread less than so many box edges, in a box of all that lies far behind what they look at, tell the
+// size of that instead.
+static const double SPREAD_LEAST = 0.32;
 static const float ADAM_EPSILON = 1e-8f; // for effects
 
 static enum vw_status specialise(struct vw_model *model) {
@@ -27,6 +30,24 @@ static enum vw_status specialise(struct vw_model *model) {
     return model->of_renderer ? VW_OK : VW_ERROR_MEMORY;
 }
 
+// Returns how far from their middle the train cameras stand, in box edges.
+static double measure_spread(const struct vw_model *model, const struct vw_scene *scene) {
+    double middle[3] = {0.0}, farthest2 = 0.0;
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (!vw_model_trains_on(model, scene, v)) continue;
+        for (int i = 0; i < 3; i++) middle[i] += scene->views[v].camera_to_world[i][3];
+        count++;
+    }
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        double distance2 = 0.0;
+        if (!vw_model_trains_on(model, scene, v)) continue;
+        for (int i = 0; i < 3; i++) distance2 += pow(scene->views[v].camera_to_world[i][3] - middle[i] / count, 2);
+        farthest2 = fmax(farthest2, distance2);
+    }
+    return sqrt(farthest2) / (2.0 * model->box.half_extent_world);
+}
+
 static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
     const struct vw_config *config = model->config;
     struct vw_splat_model *splats = model->of_renderer;
@@ -37,6 +58,8 @@ static void lay_out(const struct vw_scene *scene, struct vw_model *model) {
     if (splats->count > SPLATS_MOST) splats->count = SPLATS_MOST;
     if (splats->source_count * (uint64_t)OF_POINT_MOST < splats->count) splats->source_count = 0;
     splats->degree = config->harmonics;
+    double spread = measure_spread(model, scene);
+    splats->extent = spread > 0.0 ? fmin(spread / SPREAD_LEAST, 1.0) : 1.0;
     uint64_t bytes = vw_splat_param_bytes(&(struct vw_splat_room){.splats = splats->count, .degree = splats->degree});
     model->weights.offset_bytes = vw_round_up(bytes, VW_PARAMS_ALIGNMENT_BYTES);
     uint64_t numbers = 11 + 3 * (splats->degree + 1) * (splats->degree + 1); // mean, opacity, scales, turn; colours

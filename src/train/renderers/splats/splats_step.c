@@ -10,8 +10,8 @@
 #include "train/pixels.h"
 #include "train/renderers/splats/splats.h"
 
-// Rates of Kerbl et al. for each kind of number. Positions move in box edges: how far cameras spread, as they have it,
-// is ten times as much where they are far away.
+// Rates of Kerbl et al. for each kind of number. Positions move in box edges, or in shares of them where cameras stand
+// close together: how far these spread, as they have it, is ten times as much where they are far away.
 static const double MEAN_RATE = 1.7e-4, SCALE_RATE = 5e-3, TURN_RATE = 1e-3, OPACITY_RATE = 2.5e-2,
                     COLOUR_RATE = 2.5e-3, HARMONICS_RATE = 1.25e-4;
 
@@ -160,7 +160,7 @@ static void record_update(const struct vw_step_passes *step, struct vw_submissio
     const struct vw_splat_model *splats = vw_splat_model_of(step->field->model);
     const struct vw_push_splat_update push = {.stride = splats->count,
                                               .columns = VW_SPLAT_COLUMNS(degree_at(step, update.step_low)),
-                                              .mean = (float)(MEAN_RATE / VW_SPLAT_RATE_UNIT),
+                                              .mean = (float)(splats->extent * MEAN_RATE / VW_SPLAT_RATE_UNIT),
                                               .scale = (float)(SCALE_RATE / VW_SPLAT_RATE_UNIT),
                                               .turn = (float)(TURN_RATE / VW_SPLAT_RATE_UNIT),
                                               .opacity = (float)(OPACITY_RATE / VW_SPLAT_RATE_UNIT),
