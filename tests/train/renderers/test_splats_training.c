@@ -303,8 +303,8 @@ TEST(seeds_draw_other_points) {
     assert_memory_not_equal(first, other, 16 * count);
 }
 
-// A box of all that lies far behind what the cameras stand around does not make splats move faster: a first step has
-// the length of its rate, and five have at most twice as much each.
+// A box that reaches to the horizon does not make splats move faster: a first step has the length of its rate, and five
+// have at most twice as much each.
 TEST(positions_move_by_what_cameras_stand_around) {
     static const double extents[] = {1.0, 20.0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(extents); i++) {

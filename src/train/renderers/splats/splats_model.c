@@ -13,8 +13,8 @@ enum {
     PATCH_SIDE = 8,      // squares of validation have a CPU's tile's side
 };
 
-// Cameras that spread less than so many box edges, in a box of all that lies far behind what they look at, tell the
-// size of that instead.
+// Cameras that spread less than so many box edges stand in a box that reaches to the horizon: how far they spread says
+// more of the size of what they look at.
 static const double SPREAD_LEAST = 0.32;
 static const float ADAM_EPSILON = 1e-8f; // for effects
 
