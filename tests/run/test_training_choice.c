@@ -66,8 +66,9 @@ TEST(a_cpu_trains_at_a_size_that_it_sees_often_enough) {
         double pixels;
         uint32_t downscale;
     } cases[] = {
-        {NULL, VW_GPU_CPU, 64 * 48, 1},          {NULL, VW_GPU_CPU, 270 * 480, 2},
-        {"draft", VW_GPU_CPU, 270 * 480, 4},     {NULL, VW_GPU_CPU, 1e9, 64},
+        {NULL, VW_GPU_CPU, 64 * 48, 1},          {NULL, VW_GPU_CPU, 256 * 384, 2},
+        {NULL, VW_GPU_CPU, 270 * 480, 3},        {NULL, VW_GPU_CPU, 1e9, 64},
+        {"draft", VW_GPU_CPU, 270 * 480, 4},     {"reference", VW_GPU_CPU, 270 * 480, 1},
         {NULL, VW_GPU_DISCRETE, 1920 * 1080, 1}, {NULL, VW_GPU_DISCRETE, 4000 * 3000, 3},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++)

@@ -27,7 +27,7 @@ static const struct vw_accuracy_level levels[] = {
      {250, 16, 16, 1024, 14, 10, 32, 24},
      {[RAYS] = 6144, [VAL_RAYS] = 4096, [EPOCHS] = 15},
      18e3},
-    {{vw_accuracy_standard, 45, "less detail, and ranks that a longer training may change"}, {0}, {0}, 36e3},
+    {{vw_accuracy_standard, 45, "less detail, and ranks that a longer training may change"}, {0}, {0}, 25e3},
     {{"reference", 80, ""},
      {500, 32, 64, 2048, 16, 12, 32, 80},
      {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120},
