@@ -120,7 +120,7 @@ static struct vw_ledger_score *record_run(const char *folder, const char *name, 
     uint64_t record_count = 0;
     ASSERT_OK(vw_folder_create(out));
     ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
-    ASSERT_OK(vw_ledger_append(ledger, training->records, training->count, test_validation_views));
+    ASSERT_OK(vw_ledger_append(ledger, training->records, training->count));
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &record_count));
     struct vw_value_input input = input_of(training, burn_in_epochs);
     input.records = records;
