@@ -34,7 +34,7 @@ static struct vw_ledger_score *score(const struct test_recording *training, uint
 
 static const double ROUNDING = 1e-12;
 
-// Has other photos judge in each epoch, whose level differs, and whom every step makes worse by more in each.
+// Makes a run of judges: each epoch has others, at another level, and every step makes them worse by more.
 static void judge(struct test_recording *training) {
     double before = training->records[0].val_psnr, l1_before = training->records[0].val_l1;
     for (uint32_t i = 1; i < training->count; i++) {
@@ -59,7 +59,7 @@ TEST(judged_credit_is_above_that_of_the_average_photo) {
     for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) mean_db += worth_db[i] / TEST_TRAIN_COUNT;
     AUTO_FREE struct vw_ledger_score *scores = score(training, 1, &count);
     for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) {
-        double expected = 3 * (worth_db[i] - mean_db); // of three visits
+        double expected = 3 * (worth_db[i] - mean_db); // three visits
         const struct vw_ledger_score *psnr = test_find_score(scores, count, "dv_psnr", test_train_views[i]),
                                      *loss = test_find_score(scores, count, "dv_loss", test_train_views[i]);
         assert_near(psnr->value, expected, ROUNDING);
