@@ -132,7 +132,7 @@ static const char *find_reason(const struct vw_results *results, const struct vw
 
 static bool is_trusted(const struct vw_results *results, const struct vw_advice *advice) {
     if (vw_verdict_judge(&results->reconstruction) == VW_VERDICT_TOO_COARSE) return false;
-    if (!advice->basis) return true;
+    if (!advice->basis) return !vw_ranking_agreement_is_low(&results->agreement);
     if (!advice->by_order) return advice->tested;
     const struct vw_lasting_pass *lasting = &results->input.lasting;
     return !lasting->check_count || vw_lasting_gate(lasting, false) >= vw_lasting_gate_least;
@@ -155,7 +155,8 @@ static void judge(const struct vw_results *results, bool trusted, struct vw_phot
     case VW_ADVICE_LOOK: photo->reason = find_reason(results, photo, "no reason found"); break;
     case VW_ADVICE_DROP: photo->reason = find_reason(results, photo, "adds little"); break;
     case VW_ADVICE_KEEP: photo->reason = lone ? "lone view" : best ? "among the best" : "helps"; break;
-    default: photo->reason = find_reason(results, photo, "within noise");
+    default:
+        photo->reason = find_reason(results, photo, helps(photo->score) ? "other views may differ" : "within noise");
     }
 }
 

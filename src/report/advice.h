@@ -17,7 +17,8 @@
 //
 // The photo's advice follows from its marks: look at it, drop it (removable), keep it (irreplaceable, lone, or its
 // score's interval is above 0), or it is unclear. Drop and keep need a basis that is trusted: worth that retrainings
-// confirm, lasting credit that the gate does not refute, or credit, of a reconstruction that can rank photos.
+// confirm, lasting credit that the gate does not refute, or credit, of a reconstruction that can rank photos by
+// validation photos that others would agree with (vw_ranking_agreement_is_low()).
 #ifndef VIEWWORTH_REPORT_ADVICE_H
 #define VIEWWORTH_REPORT_ADVICE_H
 

@@ -66,6 +66,9 @@ function photoCell(one, image, more = []) {
 
 // ---- Rows of photos -----------------------------------------------------------------------------------------------------
 
+// Returns whether ranks by a method may be shown: credit is for the validation photos, which others may contradict.
+function ranksStand({verdict}, method) { return !(verdict && verdict.ranking.low) || /^(quality|worth|lasting)/.test(method); }
+
 // Ranks all photos of the run by a method, most valuable first: rank 1 is the most valuable, and ties go by name.
 function photoRows(one, method = chosen.method) {
   const {name = [], split, provider, ground_truth} = one.images, scores = scoresOf(one, method);
@@ -75,7 +78,8 @@ function photoRows(one, method = chosen.method) {
   scores.image.forEach((image, i) => Object.assign(rows[image], {value: scores.value[i], ci_low: scores.ci_low[i],
     ci_high: scores.ci_high[i], visits: scores.visits[i], rankLow: scores.rank_ci_low[i], rankHigh: scores.rank_ci_high[i]}));
   const ranked = rows.filter(row => known(row.value)).sort((a, b) => b.value - a.value || (a.name < b.name ? -1 : 1));
-  ranked.forEach((row, i) => { row.rank = i + 1; });
+  if (ranksStand(one, method)) ranked.forEach((row, i) => { row.rank = i + 1; });
+  else ranked.forEach(row => { row.rankLow = 0; });
   return ranked.concat(rows.filter(row => !known(row.value)));
 }
 
@@ -121,12 +125,14 @@ function fillVerdict() {
   byId('verdict').hidden = byId('belief').hidden = unknown;
   if (unknown) return;
   const {reconstruction: seen, ranking} = verdict, told = [];
-  if (known(ranking.better_training))
+  if (known(ranking.better_training) && !ranking.low)
     told.push('Ranks by a training of ten times the cost would agree with these by about ' +
       fixed(ranking.better_training, 2) + '. ');
-  if (known(ranking.view_halves))
-    told.push('Scores hold for these ' + plural(ranking.views, 'validation photo') +
-      '; by as many others, ranks would agree with these by about ' + fixed(ranking.view_halves, 2) + '. ');
+  if (known(ranking.other_views))
+    told.push((ranking.low ? 'There are no ranks: those' : 'Ranks') + ' by ' + ranking.views +
+      ' other validation photos would agree with these by ' + fixed(ranking.other_views_low, 2) + ' to ' +
+      fixed(ranking.other_views_high, 2) + ' (90 %, about ' + fixed(ranking.other_views, 2) + '). ');
+  else if (ranking.low) told.push('There are no ranks: one validation photo cannot tell whether another would agree. ');
   byId('verdict').replaceChildren(element('b', {}, 'Reconstruction: ' + verdict.verdict + '. '),
     fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ', median of ' +
     plural(seen.views, seen.split === 'test' ? 'test photo' : 'validation photo') + ' at ' + seen.measured_px.join(' × ') +
@@ -309,6 +315,7 @@ function fillRanking() {
   const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds' + signs : '';
   const told = 'By ' + chosen.method + ', in ' + unitOf(run()) + '.' + sampled + toldOverlaps(overlapsOf(rows));
   byId('ranking-note').textContent = chosen.method ? told : '';
+  byId('ranking-title').textContent = ranksStand(run(), chosen.method) ? 'Photos, ranked' : 'Photos';
   filterRanking();
   show('ranking');
 }

@@ -131,8 +131,8 @@ function drawMapView(id, title, layout, rows, colours, y) {
 
 // Makes a line of a photo with its score and rank.
 function toldPhoto(row) {
-  const scored = known(row.value) ? signed(row.value, decimalsFor([row.value])) + ' ' + shortUnit(unitOf(run())) + ', rank ' + row.rank :
-    'no score';
+  const scored = known(row.value) ? signed(row.value, decimalsFor([row.value])) + ' ' + shortUnit(unitOf(run())) +
+    (known(row.rank) ? ', rank ' + row.rank : '') : 'no score';
   return row.name + ' (' + row.split + '): ' + scored;
 }
 
@@ -208,7 +208,8 @@ function photoScores(one, image) {
     const decimals = decimalsFor(rows.map(other => other.value));
     if (!row || !known(row.value)) return null;
     return [wordFor(name), signed(row.value, decimals) + ' ' + shortUnit(of),
-      known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–', String(row.rank),
+      known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–',
+      known(row.rank) ? String(row.rank) : '–',
       row.rankLow ? row.rankLow + '–' + row.rankHigh : '–'];
   }).filter(Boolean);
   if (!lines.length) return element('p', {class: 'quiet'}, 'Photos that are not trained on have no score.');

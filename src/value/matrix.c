@@ -19,6 +19,7 @@ struct summing {
     struct vw_matrix *matrix;
     uint32_t *places;            // owned; row or column of each image, by its index in the images
     double *last_psnr, *last_l1; // owned; of each view; NaN before the first value
+    uint32_t last_epoch;         // the largest; epochs need not ascend in a ledger from elsewhere
     uint64_t step;               // its rows are read
     bool counted;                // whether that step is a visit
     uint64_t row_count;          // in table view
@@ -39,6 +40,11 @@ static uint32_t row_of(const struct summing *summing, uint64_t step) {
     return place_of(summing, record->view, "train");
 }
 
+static uint32_t block_of(const struct summing *summing, uint64_t step) {
+    uint32_t burn_in = summing->input->burn_in_epochs, epoch = summing->input->records[step].epoch - burn_in;
+    return (uint32_t)((uint64_t)epoch * VW_MATRIX_BLOCKS / ((uint64_t)summing->last_epoch - burn_in + 1));
+}
+
 static void take_view(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
     struct summing *summing = context;
     struct vw_matrix *matrix = summing->matrix;
@@ -51,15 +57,21 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
     summing->last_l1[column] = error->l1;
     if (row == NOT_IN_MATRIX || isnan(gain_psnr) || isnan(gain_l1)) return;
     size_t entry = (size_t)row * matrix->view_count + column;
+    uint32_t block = block_of(summing, step);
     matrix->psnr[entry] += gain_psnr;
+    matrix->blocks[(size_t)block * matrix->photo_count * matrix->view_count + entry] += gain_psnr;
     matrix->l1[entry] += gain_l1;
-    matrix->visit_count += !summing->counted || summing->step != step;
+    bool first = !summing->counted || summing->step != step;
+    matrix->visit_count += first;
+    matrix->visits_of_block[block] += first;
     summing->counted = true;
     summing->step = step;
 }
 
 static void number_images(struct summing *summing) {
     const struct vw_value_input *input = summing->input;
+    for (uint64_t i = 0; i < input->record_count; i++)
+        if (input->records[i].epoch > summing->last_epoch) summing->last_epoch = input->records[i].epoch;
     struct vw_matrix *matrix = summing->matrix;
     for (uint32_t i = 0; i < input->image_count; i++) {
         bool photo = strcmp(input->images[i].split, "train") == 0, view = strcmp(input->images[i].split, "val") == 0;
@@ -80,10 +92,13 @@ static enum vw_status allocate(struct summing *summing) {
     if (!matrix->photos || !matrix->views || !matrix->weights || !summing->places) return VW_ERROR_MEMORY;
     number_images(summing);
     matrix->psnr = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->psnr);
+    matrix->blocks =
+        vw_allocate((size_t)matrix->photo_count * matrix->view_count, VW_MATRIX_BLOCKS * sizeof *matrix->psnr);
     matrix->l1 = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->l1);
     matrix->end_psnr = summing->last_psnr = vw_allocate(matrix->view_count, sizeof *summing->last_psnr);
     summing->last_l1 = vw_allocate(matrix->view_count, sizeof *summing->last_l1);
-    if (!matrix->psnr || !matrix->l1 || !summing->last_psnr || !summing->last_l1) return VW_ERROR_MEMORY;
+    if (!matrix->psnr || !matrix->blocks || !matrix->l1 || !summing->last_psnr || !summing->last_l1)
+        return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < matrix->view_count; v++) summing->last_psnr[v] = summing->last_l1[v] = NAN;
     return VW_OK;
 }
@@ -135,6 +150,7 @@ void vw_matrix_clear(struct vw_matrix *matrix) {
     free(matrix->photos);
     free(matrix->views);
     free(matrix->psnr);
+    free(matrix->blocks);
     free(matrix->l1);
     free(matrix->lasting);
     free(matrix->end_psnr);

@@ -4,12 +4,15 @@
 #define VIEWWORTH_VALUE_MATRIX_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
 struct vw_value_input; // value.h
+
+enum { VW_MATRIX_BLOCKS = 8 }; // blocks of neighbouring epochs after burn-in, of the same length but for rounding
 
 // Rows are train photos, columns validation views, both in image order; entry (photo, view) is at photo * view_count +
 // view. Owned arrays.
@@ -25,10 +28,17 @@ struct vw_matrix {
     double *end_psnr;     // dB: PSNR of each view after the last validated step
     uint32_t visit_count; // steps that count, over all photos
     double *weights;      // the views' weights in the means of rows; NULL: all 1
+    double *blocks;       // dB: psnr of one block of epochs after another
+    uint32_t visits_of_block[VW_MATRIX_BLOCKS];
 };
 
 static inline double vw_matrix_weight(const struct vw_matrix *matrix, uint32_t view) {
     return matrix->weights ? matrix->weights[view] : 1;
+}
+
+// Returns the entries of a block, as those of psnr.
+static inline const double *vw_matrix_block(const struct vw_matrix *matrix, uint32_t block) {
+    return matrix->blocks + (size_t)block * matrix->photo_count * matrix->view_count;
 }
 
 // Computes the matrix from the table view, as scores are computed: deltas from the last step with values, summed over

@@ -11,8 +11,6 @@
 #include "run/plan/accuracy_levels.h"
 #include "scene/splits_file.h"
 
-static const double LOW_AGREEMENT = 0.5; // ranks by one half of the validation photos with those by the other
-
 // ---- Parts of a run -------------------------------------------------------------------------------------------------
 
 static void print_plan(const struct vw_plan *plan, const struct vw_config *config) {
@@ -63,15 +61,17 @@ static json_t *profile_to_json(const struct vw_run_results *results) {
     return passes;
 }
 
+// Says how far ranks can be believed, and why there are none.
 static void print_agreement(const struct vw_ranking_agreement *agreement) {
-    if (isfinite(agreement->better_training))
+    bool low = vw_ranking_agreement_is_low(agreement), single = agreement->view_count == 1;
+    if (isfinite(agreement->better_training) && !low)
         vw_print("ranks    by a training of ten times the cost would agree with these by about %.2f (Spearman)\n",
                  agreement->better_training);
-    if (isfinite(agreement->view_halves))
-        vw_print("%s by %u other validation photos would agree with these by about %.2f%s\n",
-                 isfinite(agreement->better_training) ? "        " : "ranks   ", agreement->view_count,
-                 agreement->view_halves,
-                 agreement->view_halves < LOW_AGREEMENT ? ": these scores are for these views" : "");
+    if (low && single) vw_print("no ranks: one validation photo cannot tell whether another would agree\n");
+    if (isnan(agreement->other_views)) return;
+    vw_print("%s by %u other validation photos would agree with these by %.2f to %.2f (90 %%, about %.2f)%s\n",
+             low ? "no ranks: those" : "ranks   ", agreement->view_count, agreement->other_views_low,
+             agreement->other_views_high, agreement->other_views, low ? "; more of them tell more" : "");
 }
 
 // A validation photo: what the matrix and the cameras say of it.
@@ -124,6 +124,10 @@ static json_t *advice_to_json(const struct vw_results *results) {
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
+static bool is_credit(const struct vw_ranking *ranking) {
+    return ranking->count && strcmp(ranking->scores[0].method, vw_value_default_method) == 0;
+}
+
 // Prints the photos at both ends by the method that answers for their value.
 static void print_ranking(const struct vw_run_results *results, const struct vw_ranking *ranking) {
     const char *method = ranking->count ? ranking->scores[0].method : "";
@@ -139,7 +143,7 @@ static void print_ranking(const struct vw_run_results *results, const struct vw_
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
     const struct vw_ranking_agreement *agreement = &results->outputs.results.agreement;
     print_agreement(agreement);
-    print_ranking(results, ranking);
+    if (!vw_ranking_agreement_is_low(agreement) || !is_credit(ranking)) print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
     if (vw_plan_has_level(&results->plan)) print_plan(&results->plan, results->config);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps%s\n",
