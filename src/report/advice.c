@@ -138,9 +138,17 @@ static bool is_trusted(const struct vw_results *results, const struct vw_advice 
     return !lasting->check_count || vw_lasting_gate(lasting, false) >= vw_lasting_gate_least;
 }
 
-static bool helps(const struct vw_ledger_score *score) {
+// Returns whether a score's zero means something and lies outside its interval.
+static bool differs_from_zero(const struct vw_ledger_score *score) {
     const struct vw_value_method *method = score ? vw_value_method_find(score->method) : NULL;
-    return method && method->has_zero && score->ci_low > 0;
+    return method && method->has_zero && (score->ci_low > 0 || score->ci_high < 0);
+}
+
+static bool helps(const struct vw_ledger_score *score) { return differs_from_zero(score) && score->value > 0; }
+
+static const char *why_unclear(const struct vw_ledger_score *score, bool trusted) {
+    if (!differs_from_zero(score)) return "within noise";
+    return trusted ? "negative credit" : "other views may differ";
 }
 
 static void judge(const struct vw_results *results, bool trusted, struct vw_photo_advice *photo) {
@@ -155,8 +163,7 @@ static void judge(const struct vw_results *results, bool trusted, struct vw_phot
     case VW_ADVICE_LOOK: photo->reason = find_reason(results, photo, "no reason found"); break;
     case VW_ADVICE_DROP: photo->reason = find_reason(results, photo, "adds little"); break;
     case VW_ADVICE_KEEP: photo->reason = lone ? "lone view" : best ? "among the best" : "helps"; break;
-    default:
-        photo->reason = find_reason(results, photo, helps(photo->score) ? "other views may differ" : "within noise");
+    default: photo->reason = find_reason(results, photo, why_unclear(photo->score, trusted));
     }
 }
 

@@ -148,7 +148,7 @@ function hasZero() { return data.methods.some(method => method.name === chosen.m
 
 function fillTiles() {
   const one = run(), scored = photoRows(one).filter(row => known(row.value)), {steps} = one;
-  const bounded = scored.some(row => known(row.ci_low)) && !isTooCoarse(one);
+  const bounded = scored.some(row => known(row.ci_low)) && !isTooCoarse(one) && ranksStand(one, chosen.method);
   const significantly = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them significantly' : text;
   const tiles = [tile(fixed(steps.first_psnr, 2) + ' → ' + fixed(steps.last_psnr, 2), 'dB of validation PSNR, untrained and at the end')];
   if (scored.length && hasZero()) {

@@ -175,7 +175,7 @@ static enum vw_status measure_views(const struct vw_matrix *matrix, struct vw_ra
 }
 
 bool vw_ranking_agreement_is_low(const struct vw_ranking_agreement *agreement) {
-    return agreement->other_views_low < LOW_AGREEMENT;
+    return agreement->view_count && agreement->other_views_low < LOW_AGREEMENT;
 }
 
 // ---- A better training ---------------------------------------------------------------------------------------------

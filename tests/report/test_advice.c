@@ -193,6 +193,34 @@ TEST(without_them_none_is_found) {
     assert_null(vw_advice_known_reason(NULL));
 }
 
+// Credit beyond noise is for the validation photos: it keeps a photo only if others would agree.
+TEST(credit_keeps_photos_where_others_would_agree) {
+    static const struct {
+        double value, agreement_low;
+        enum vw_advice_word advice;
+        const char *reason;
+    } cases[] = {{1, 0.31, VW_ADVICE_KEEP, "helps"},
+                 {1, 0.29, VW_ADVICE_UNCLEAR, "other views may differ"},
+                 {-1, 0.31, VW_ADVICE_UNCLEAR, "negative credit"},
+                 {-1, 0.29, VW_ADVICE_UNCLEAR, "other views may differ"},
+                 {0.1, 0.29, VW_ADVICE_UNCLEAR, "within noise"}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct fixture fixture = make();
+        fixture.scores[6].value = cases[i].value;
+        fixture.scores[6].ci_low = cases[i].value - 0.5;
+        fixture.scores[6].ci_high = cases[i].value + 0.5;
+        struct vw_results results = {.input = {.images = fixture.images, .image_count = PHOTOS},
+                                     .scores = fixture.scores,
+                                     .score_count = fixture.score_count,
+                                     .reconstruction = vw_reconstruction_unknown,
+                                     .agreement = {.view_count = 7, .other_views_low = cases[i].agreement_low}};
+        ASSERT_OK(vw_results_advise(&results));
+        if (results.advice.photos[6].advice != cases[i].advice) fail_msg("case %zu", i);
+        assert_string_equal(results.advice.photos[6].reason, cases[i].reason);
+        free_advice(&results.advice);
+    }
+}
+
 TEST(photos_that_judge_get_no_advice) {
     struct fixture fixture = make();
     fixture.images[4].split = "val";

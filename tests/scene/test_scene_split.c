@@ -4,13 +4,17 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-FOLDER_TEST(every_eighth_view_validates) {
+FOLDER_TEST(every_eighth_view_is_for_tests) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 18});
-    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "vtttTtttvtttTtttvt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "TtttvtttTtttvtttTt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .test_list = "4")), "vtttTtttvtttTtttvt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .test_list = "7")), "tttvtttTtttvtttTtt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .test_list = "none")), "ttttvtttttttvttttt");
+    tiny_scene_refused(SCENE_PARAMS(.path = *state, .test_list = "8"), VW_ERROR_INPUT, "8", "No such file");
 }
 
 FOLDER_TEST(two_are_left_to_train) {
-    static const char *const expected[] = {"tt", "vtt", "vttt", "vtttT"};
+    static const char *const expected[] = {"tt", "vtt", "vttt", "Ttttv"};
     for (uint32_t count = 2; count <= 5; count++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = count});
         check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), expected[count - 2]);
@@ -33,6 +37,7 @@ FOLDER_TEST(half_of_test_validates) {
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "vtt"); // train alone has no opinion
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_test.json", .first = 3, .count = 5});
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "tttvvvTT");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .test_list = "none")), "tttvvvtt");
 }
 
 FOLDER_TEST(a_view_in_two_split_files_is_refused) {
@@ -49,7 +54,7 @@ FOLDER_TEST(lists_win) {
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train, .val_list = val, .test_list = test)),
                  "txtxvxxT");
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train)),
-                 "txtxTxxx"); // the rule fills what has no list
+                 "txtxvxxx"); // the rule fills what has no list
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .val_list = val)), "ttttvttt");
 }
 
