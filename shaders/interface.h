@@ -443,7 +443,6 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
     vw_uint count;           // rays; views; groups of rays
     vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views, gradient_sky and reduce_visibility have none.
                              // VW_NO_ROW: reduce_loss only clears the flags
-    vw_uint first;           // reduce_views, fit_views: the first view
 };
 struct vw_push_update {      // update_grid, update_weights, fit_photo, update_code, update_visibility, update_transient, update_pose
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused

@@ -139,8 +139,10 @@ enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
 enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **ledger);
 void vw_ledger_close(struct vw_ledger **ledger);
 
-// Appends steps with their view rows, as one synced transaction.
-enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count);
+// Appends steps with their view rows, as one synced transaction. `validation_views` has the image_id of each
+// entry of record->views.
+enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                const uint32_t *validation_views);
 // Replaces the scores and sets finished_utc, status ("finished", "interrupted" or "failed") and final_hash, as one
 // synced transaction.
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
@@ -173,7 +175,8 @@ uint64_t vw_ledger_next_step(const struct vw_ledger *ledger); // the step that t
 void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]);
 // Compares repeated steps with the recorded ones, bit for bit. records[0].step + count must be at most
 // vw_ledger_next_step. VW_ERROR_MISMATCH names the first step that differs.
-enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count);
+enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                 const uint32_t *validation_views);
 // Recomputes every hash. VW_ERROR_MISMATCH names the first row that was edited, removed, added or reordered: run,
 // image, step, view or score. This does not detect a chain that was rewritten as a whole: compare the chain head
 // with one noted elsewhere, or repeat the steps and use vw_ledger_compare.

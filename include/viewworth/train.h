@@ -72,10 +72,7 @@ struct vw_config {
     // Per ray, up to 4096, placed where the even ones show matter; training and rendering then use only these. 0: none
     uint32_t importance_samples;
     enum vw_coarse_network coarse_network; // VW_COARSE_NETWORK_SHARED without importance samples
-    uint32_t val_rays;                     // in a measurement; the rays that appearance is fitted on are not counted
-    // Train photos that judge the steps of an epoch in place of validation photos, 0 to 256; 0: these validate
-    uint32_t judges;
-    double judge_share; // most of a photo's pixels that it keeps out of its own training to judge others, 0.001 to 0.5
+    uint32_t val_rays;                     // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     double ssim_weight;  // share of the loss of VW_FIELD_SPLATS that is 1 - SSIM, 0 to 1; 0 with other fields

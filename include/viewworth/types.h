@@ -45,9 +45,8 @@ struct vw_image {
 // The result of one training step. Training hands it to the ledger, and scores are computed from it.
 
 struct vw_view_error {
-    double mse;    // mean squared error over the view's validation pixels and channels, before the 1e-10 floor
-    double l1;     // mean absolute error over the same
-    uint64_t view; // index in vw_scene.views
+    double mse; // mean squared error over the view's validation pixels and channels, before the 1e-10 floor
+    double l1;  // mean absolute error over the same
 };
 
 enum { VW_RECORD_UNTRAINED = UINT32_MAX };
@@ -66,10 +65,6 @@ struct vw_step_record {
     double val_l1;                     // mean absolute error over all validation pixels and channels
     const struct vw_view_error *views; // one per validation view, in scene order; borrowed, valid during the call
     uint32_t view_count;
-    bool judged; // train photos judge each other (`--judges`): the val_ fields are of the epoch's judges but the step's
-                 // own photo, and those below of the same ones before the step. After the last step of an epoch `views`
-                 // has the judges of the next one, too
-    double val_psnr_before, val_psnr_pooled_before, val_l1_before;
 };
 
 VW_PUBLIC_END

@@ -16,13 +16,13 @@ shared vec3 squared_sums[64], absolute_sums[64];
 void main() {
     uint view = workgroup_index();
     uint lane = gl_LocalInvocationID.x;
-    uint place = push.first + min(view, push.count - 1u);
-    vw_ray_range range = views[place];
+    vw_ray_range range = views[min(view, push.count - 1u)];
     vec3 squared = vec3(0.0), absolute = vec3(0.0);
     for (uint i = lane; i < range.count; i += 64u) {
         vec4 target_weight = rays[range.first + i].target_weight;
         vec3 seen = colours[range.first + i].rgb;
-        if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u) seen = appear(fits[place], seen);
+        if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u)
+            seen = appear(fits[min(view, push.count - 1u)], seen);
         vec3 error = seen - target_weight.rgb;
         if (target_weight.w == 0.0) error = vec3(0.0);
         // Unrolled: some drivers allow an invocation 65,535 trips, which a view of 4 million rays takes as it is.

@@ -259,7 +259,6 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
 static enum vw_status check_step(struct vw_ledger *ledger, uint64_t index, void *row) {
     struct vw_step_record *record = row;
     record->validated = !isnan(record->val_psnr);
-    record->judged = !isnan(record->val_psnr_before);
     if (record->step != index) return vw_ledger_fail_column(ledger, "step");
     return vw_step_has_epoch(record) ? VW_OK : vw_ledger_fail_column(ledger, "epoch");
 }

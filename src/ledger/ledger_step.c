@@ -16,9 +16,6 @@ static bool is_nonfinite(const struct vw_step_record *record) {
         isnan(record->val_psnr_pooled); // imported steps lack a pooled PSNR and are not flagged for that
     bool finite =
         isfinite(record->val_psnr) && (has_no_pooled || isfinite(record->val_psnr_pooled)) && isfinite(record->val_l1);
-    if (record->judged)
-        finite = finite && isfinite(record->val_psnr_before) && isfinite(record->val_psnr_pooled_before) &&
-                 isfinite(record->val_l1_before);
     for (uint32_t i = 0; finite && i < record->view_count; i++)
         finite = isfinite(record->views[i].mse) && isfinite(record->views[i].l1);
     return !finite;
@@ -34,18 +31,18 @@ static struct vw_step_record stored_record(const struct vw_step_record *record) 
         stored.val_psnr = stored.val_psnr_pooled = stored.val_l1 = NAN;
         stored.floored_views = stored.view_count = 0;
     }
-    if (!stored.validated || !stored.judged)
-        stored.val_psnr_before = stored.val_psnr_pooled_before = stored.val_l1_before = NAN;
     return stored;
 }
 
-static enum vw_status chain_views(struct vw_insertion *insertion, const struct vw_step_record *record) {
+static enum vw_status chain_views(struct vw_insertion *insertion, const struct vw_step_record *record,
+                                  const uint32_t *validation_views) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < record->view_count; i++) {
-        const struct vw_view_error *view = &record->views[i];
-        assert(i == 0 || view[-1].view < view->view); // rows are hashed in key order
-        const struct vw_view_row row = {
-            .step = record->step, .image_id = (uint32_t)view->view, .mse = view->mse, .l1 = view->l1};
+        assert(i == 0 || validation_views[i - 1] < validation_views[i]); // rows are hashed in key order
+        const struct vw_view_row row = {.step = record->step,
+                                        .image_id = validation_views[i],
+                                        .mse = record->views[i].mse,
+                                        .l1 = record->views[i].l1};
         status = vw_insertion_add(insertion, &row);
     }
     return status;
@@ -53,14 +50,14 @@ static enum vw_status chain_views(struct vw_insertion *insertion, const struct v
 
 // Writes the rows of a step, or only hashes them. Replaces `head`, the row_hash before the step, by that of the step.
 static enum vw_status chain_step(struct vw_step_insertions *insertions, const struct vw_step_record *record,
-                                 char head[VW_HASH_HEX_BYTES]) {
+                                 const uint32_t *validation_views, char head[VW_HASH_HEX_BYTES]) {
     const struct vw_step_record stored = stored_record(record);
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, head);
     insertions->step.row.hasher = insertions->view.row.hasher = &hasher;
     vw_insertion_add_columns(&insertions->step, &stored);
-    enum vw_status status = chain_views(&insertions->view, &stored);
+    enum vw_status status = chain_views(&insertions->view, &stored, validation_views);
     if (status) return status;
     vw_row_end_hash(&hasher, head);
     return vw_insertion_write(&insertions->step, head);
@@ -91,6 +88,7 @@ static enum vw_status prepare_inserts(struct vw_ledger *ledger) {
 struct appending {
     const struct vw_step_record *records;
     uint32_t count;
+    const uint32_t *validation_views;
     bool continues; // the run is running again
     char head[VW_HASH_HEX_BYTES];
 };
@@ -99,15 +97,18 @@ static enum vw_status write_steps(struct vw_ledger *ledger, void *context) {
     struct appending *appending = context;
     enum vw_status status = appending->continues ? vw_ledger_remove_lasting(&ledger->database) : VW_OK;
     for (uint32_t i = 0; !status && i < appending->count; i++)
-        status = chain_step(&ledger->inserts, &appending->records[i], appending->head);
+        status = chain_step(&ledger->inserts, &appending->records[i], appending->validation_views, appending->head);
     return status;
 }
 
-enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count) {
+enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                const uint32_t *validation_views) {
     // A run with new steps is running again, and its scores are out of date.
     struct vw_ledger_state running = {.status = VW_LEDGER_RUNNING};
-    struct appending appending = {
-        .records = records, .count = count, .continues = vw_ledger_has_ended(ledger) || ledger->extended_config_json};
+    struct appending appending = {.records = records,
+                                  .count = count,
+                                  .validation_views = validation_views,
+                                  .continues = vw_ledger_has_ended(ledger) || ledger->extended_config_json};
     memcpy(appending.head, ledger->head, sizeof appending.head);
     enum vw_status status = check_sequence(ledger, records, count, ledger->next_step);
     if (!status) status = prepare_inserts(ledger);
@@ -131,7 +132,8 @@ static enum vw_status next_row_hash(struct vw_ledger *ledger, sqlite3_stmt *stat
 }
 
 static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_hashes,
-                                    const struct vw_step_record *records, uint32_t count) {
+                                    const struct vw_step_record *records, uint32_t count,
+                                    const uint32_t *validation_views) {
     const struct vw_insertion insertion = {.owner = ledger->run.run_id};
     struct vw_step_insertions hashing = {insertion, insertion};
     hashing.step.table = &vw_step_table;
@@ -140,7 +142,7 @@ static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_
     memcpy(head, ledger->run_hash, sizeof head);
     enum vw_status status = records[0].step > 0 ? next_row_hash(ledger, row_hashes, head) : VW_OK;
     for (uint32_t i = 0; !status && i < count; i++) {
-        status = chain_step(&hashing, &records[i], head);
+        status = chain_step(&hashing, &records[i], validation_views, head);
         if (!status) status = next_row_hash(ledger, row_hashes, recorded);
         if (!status && strcmp(head, recorded) != 0)
             status = vw_fail(
@@ -153,7 +155,8 @@ static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_
     return status;
 }
 
-enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count) {
+enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                 const uint32_t *validation_views) {
     if (count == 0) return VW_OK;
     uint64_t first = records[0].step;
     enum vw_status status = check_sequence(ledger, records, count, first);
@@ -169,7 +172,7 @@ enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_
     vw_row_add_text(&key, ledger->run.run_id);
     vw_row_add_integer(&key, first > 0 ? (int64_t)first - 1 : 0); // the row before has the hash to start from
     status = key.failed ? vw_database_fail(&ledger->database, "query the ledger")
-                        : compare_steps(ledger, key.statement, records, count);
+                        : compare_steps(ledger, key.statement, records, count, validation_views);
     sqlite3_finalize(key.statement);
     return status;
 }

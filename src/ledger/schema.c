@@ -21,7 +21,7 @@ static const char schema_sql[] =
     " run_id TEXT NOT NULL REFERENCES run (run_id), step INTEGER NOT NULL, epoch INTEGER NOT NULL, image_id INTEGER,"
     " train_loss REAL, val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL,"
     " nonfinite INTEGER NOT NULL CHECK (nonfinite IN (0, 1)), row_hash TEXT NOT NULL, clamped INTEGER NOT NULL,"
-    " floored INTEGER NOT NULL, val_psnr_before REAL, val_psnr_pooled_before REAL, val_l1_before REAL,"
+    " floored INTEGER NOT NULL,"
     " PRIMARY KEY (run_id, step)) WITHOUT ROWID;"
     "CREATE TABLE view ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, mse REAL NOT NULL, l1 REAL NOT NULL,"
@@ -53,9 +53,9 @@ static const char schema_sql[] =
     " PRIMARY KEY (run_id, step, image_id), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
     "CREATE TABLE payout_request ("
     " run_id TEXT PRIMARY KEY NOT NULL REFERENCES run (run_id), cents INTEGER NOT NULL) WITHOUT ROWID;"
-    "PRAGMA user_version = 4;";
+    "PRAGMA user_version = 3;";
 
-_Static_assert(VW_SCHEMA_VERSION == 4, "raise user_version above too");
+_Static_assert(VW_SCHEMA_VERSION == 3, "raise user_version above too");
 
 const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};
 
@@ -111,9 +111,6 @@ static const struct vw_column step_columns[] = {
     VW_COLUMN(struct vw_step_record, FLAG, nonfinite),
     VW_COLUMN_AS("clamped", struct vw_step_record, COUNT64, clamped_count),
     VW_COLUMN_AS("floored", struct vw_step_record, COUNT, floored_views),
-    VW_COLUMN(struct vw_step_record, REAL_OR_NULL, val_psnr_before),
-    VW_COLUMN(struct vw_step_record, REAL_OR_NULL, val_psnr_pooled_before),
-    VW_COLUMN(struct vw_step_record, REAL_OR_NULL, val_l1_before),
 };
 const struct vw_table vw_step_table = {VW_TABLE("step", struct vw_step_record, step_columns), .order = "run_id, step",
                                        .doing = "record a step", .has_hash = true};

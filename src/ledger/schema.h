@@ -5,7 +5,7 @@
 #include "ledger/table.h"
 #include "viewworth/ledger.h"
 
-enum { VW_SCHEMA_VERSION = 4 }; // PRAGMA user_version; raised when a table changes
+enum { VW_SCHEMA_VERSION = 3 }; // PRAGMA user_version; raised when a table changes
 
 extern const struct vw_database_format vw_ledger_format;
 

@@ -148,9 +148,11 @@ static enum vw_status check_nonfinite(const struct vw_run *run) {
 }
 
 static enum vw_status start_writer(struct vw_run *run) {
+    uint32_t validation_count = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
     enum vw_status status = run->ledger ? VW_OK : create_ledger(run);
     if (status || run->writer) return status;
-    return vw_ledger_writer_create(run->ledger, &run->results.statistics, &run->writer);
+    return vw_ledger_writer_create(run->ledger, validation_views, &run->results.statistics, &run->writer);
 }
 
 // Waits until all steps that were handed to the writer are on disk. After a failure the run has those that are. Reports
@@ -167,12 +169,13 @@ static enum vw_status drain(struct vw_run *run, enum vw_status status) {
 // Compares the steps that the ledger has and hands the others to the writer, up to the one with which too many are not
 // finite. What is compared comes before anything is handed over.
 static enum vw_status record(struct vw_run *run, const struct vw_step_record *records, uint32_t count) {
-    uint32_t known = 0, added = 0;
+    uint32_t validation_count = 0, known = 0, added = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
     enum vw_status status = start_writer(run);
     if (status) return status;
     uint64_t next_step = vw_ledger_writer_next_step(run->writer);
     while (known < count && records[known].step < next_step) known++;
-    if (known) status = vw_ledger_compare(run->ledger, records, known);
+    if (known) status = vw_ledger_compare(run->ledger, records, known, validation_views);
     while (!status && known + added < count && !vw_step_statistics_should_abort(&run->results.statistics))
         vw_step_statistics_add(&run->results.statistics, &records[known + added++]);
     if (!status && added && !run->cleared) { // the files there show fewer steps than the ledger has

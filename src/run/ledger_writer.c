@@ -19,6 +19,7 @@ struct transaction {
 
 struct vw_ledger_writer {
     struct vw_ledger *ledger;
+    const uint32_t *validation_views;
     uint64_t next_step; // for who adds
     pthread_t thread;
     pthread_mutex_t lock; // guards all that follows
@@ -119,7 +120,8 @@ static void *write_transactions(void *context) {
         if (!writer->waiting.count) break;
         take_waiting(writer);
         unlock(writer);
-        enum vw_status status = vw_ledger_append(writer->ledger, writing->records, (uint32_t)writing->count);
+        enum vw_status status =
+            vw_ledger_append(writer->ledger, writing->records, (uint32_t)writing->count, writer->validation_views);
         lock(writer);
         end_transaction(writer, status, &writing->statistics);
     }
@@ -169,11 +171,12 @@ static bool start_thread(struct vw_ledger_writer *writer) {
     return started;
 }
 
-enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const struct vw_step_statistics *recorded,
-                                       struct vw_ledger_writer **writer) {
+enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const uint32_t *validation_views,
+                                       const struct vw_step_statistics *recorded, struct vw_ledger_writer **writer) {
     struct vw_ledger_writer *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     made->ledger = ledger;
+    made->validation_views = validation_views;
     made->next_step = vw_ledger_next_step(ledger);
     made->recorded = *recorded;
     made->lock = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;

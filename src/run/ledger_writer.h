@@ -15,10 +15,10 @@ enum { VW_LEDGER_WRITER_WAITING_MOST = 1024 }; // steps
 
 struct vw_ledger_writer;
 
-// Creates a writer. `ledger` is borrowed and outlives it. `recorded` counts the steps that the ledger contains.
-// VW_ERROR_MEMORY also when no thread can be created.
-enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const struct vw_step_statistics *recorded,
-                                       struct vw_ledger_writer **writer);
+// Creates a writer. `ledger` and `validation_views` (see vw_ledger_append) are borrowed and outlive it. `recorded`
+// counts the steps that the ledger contains. VW_ERROR_MEMORY also when no thread can be created.
+enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const uint32_t *validation_views,
+                                       const struct vw_step_statistics *recorded, struct vw_ledger_writer **writer);
 // Copies the next steps, which vw_ledger_append() then writes in one transaction; `statistics` count them, too. Waits
 // while there is no room for them. Every call after a failure returns that failure and drops its steps.
 enum vw_status vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,

@@ -85,13 +85,13 @@ enum vw_status vw_evaluator_set_pixels(struct vw_evaluator *evaluator, const str
     return !status ? vw_submission_wait(evaluator->submission) : status;
 }
 
-void vw_evaluator_record(const struct vw_evaluator *evaluator, uint32_t section, struct vw_submission *submission) {
-    evaluator->field->model->renderer->evaluation->record(evaluator, section, submission);
+void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
+    evaluator->field->model->renderer->evaluation->record(evaluator, submission);
 }
 
 enum vw_status vw_evaluator_run(struct vw_evaluator *evaluator) {
     vw_submission_begin(evaluator->submission);
-    vw_evaluator_record(evaluator, 0, evaluator->submission);
+    vw_evaluator_record(evaluator, evaluator->submission);
     enum vw_status status = vw_submission_submit(evaluator->submission);
     return !status ? vw_submission_wait(evaluator->submission) : status;
 }

@@ -26,10 +26,6 @@ struct vw_evaluator {
     // With an effect that sees photos, as the pixels are; owned. Until there are pixels, all rays are of view 0.
     struct vw_view_rays *views;
     uint32_t view_count;
-    // Sections of its pixels, which can be rendered apart: section_count + 1 places; borrowed. NULL: there is one. Set
-    // before the pixels.
-    const uint32_t *section_starts;
-    uint32_t section_count;
 };
 
 // Creates an evaluator for up to `rays` rays. With `depth` its colours are, in x, depths times what the ray has of
@@ -45,8 +41,8 @@ enum vw_status vw_evaluator_run(struct vw_evaluator *evaluator);
 // Renders `count` pixels: their colours over the backdrop, and the transmittance that remains.
 enum vw_status vw_evaluator_render(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
                                    vw_float4 *colours);
-// Records the rendering of a section's rays into `colours`; of all where there is one section.
-void vw_evaluator_record(const struct vw_evaluator *evaluator, uint32_t section, struct vw_submission *submission);
+// Records the rendering of all rays into `colours`.
+void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *submission);
 // Returns whether its views are rendered one by one, as `views` lists them.
 bool vw_evaluator_sees_photos(const struct vw_evaluator *evaluator);
 

@@ -72,15 +72,6 @@ static uint32_t draw_within(uint32_t word, uint32_t begin, uint32_t end) {
     return begin + vw_random_below(word, end > begin ? end - begin : 1);
 }
 
-static struct vw_pixel pixel_of_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
-                                     uint32_t x_px, uint32_t y_px) {
-    struct vw_pixel pixel = vw_pixels_at(scene, view, draw->masks, x_px, y_px);
-    const struct vw_kept_out *out = &draw->kept_out;
-    if (out->squares && out->squares[y_px / VW_JUDGE_SQUARE_PX * out->columns + x_px / VW_JUDGE_SQUARE_PX])
-        pixel.weight = 0.0f;
-    return pixel;
-}
-
 bool vw_pixels_are_sorted(const struct vw_scene *scene, bool masks) { return masks && scene->masked_view_count > 0; }
 
 uint32_t vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
@@ -92,8 +83,8 @@ uint32_t vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struc
         bool in_cell = ray < side * side;
         uint32_t words[4], parts = in_cell ? side : 1, x = in_cell ? ray % side : 0, y = in_cell ? ray / side : 0;
         vw_random_words(draw->seed, VW_RANDOM_PIXEL, draw->step, ray, draw->draw, words);
-        const struct vw_pixel pixel = pixel_of_draw(
-            scene, view, draw,
+        const struct vw_pixel pixel = vw_pixels_at(
+            scene, view, draw->masks,
             draw_within(words[0], part_begin(x, parts, image->width_px), part_begin(x + 1, parts, image->width_px)),
             draw_within(words[1], part_begin(y, parts, image->height_px), part_begin(y + 1, parts, image->height_px)));
         pixels[pixel.weight > 0.0f || !sorts ? first++ : --last] = pixel;
@@ -209,13 +200,13 @@ static uint32_t draw_square(const struct vw_pixel_draw *draw, uint32_t squares, 
     return square;
 }
 
-void vw_pixels_take_tile(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
-                         struct vw_photo_tile tile, uint32_t side, struct vw_pixel *pixels) {
+void vw_pixels_take_tile(const struct vw_scene *scene, uint32_t view, bool masks, struct vw_photo_tile tile,
+                         uint32_t side, struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     for (uint32_t i = 0; i < side * side; i++) {
         uint32_t x = tile.left_px + i % side, y = tile.top_px + i / side;
         bool inside = x < image->width_px && y < image->height_px;
-        pixels[i] = inside ? pixel_of_draw(scene, view, draw, x, y)
+        pixels[i] = inside ? vw_pixels_at(scene, view, masks, x, y)
                            : (struct vw_pixel){.x_px = (float)x + 0.5f, .y_px = (float)y + 0.5f, .view = view};
     }
 }

@@ -26,19 +26,10 @@ bool vw_pixels_are_sorted(const struct vw_scene *scene, bool masks);
 // is the step's own; the others are for whoever tries a step on other pixels. The first picture_side^2 of them make a
 // picture of the photo: one in each of so many equal cells, row by row from the top (0: none do). Where pixels
 // are sorted, those without weight come last, unless there is a picture. Returns how many come before them.
-//
-// Squares that a photo keeps out of its own training, to judge steps on others by (validation/judges.h): a byte for
-// each of a grid at its corner, row by row; NULL: none. Their pixels weigh 0.
-enum { VW_JUDGE_SQUARE_PX = 8 };
-struct vw_kept_out {
-    const uint8_t *squares;
-    uint32_t columns;
-};
 struct vw_pixel_draw {
     uint64_t seed, step;
     uint32_t draw, picture_side;
     bool masks;
-    struct vw_kept_out kept_out;
 };
 uint32_t vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
                         struct vw_pixel *pixels);
@@ -53,8 +44,8 @@ struct vw_photo_tile {
 uint32_t vw_pixels_draw_squares(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
                                 uint32_t side, uint32_t tile, uint32_t count, struct vw_photo_tile *tiles);
 // Writes all pixels of a tile, row by row; those beyond the photo weigh 0.
-void vw_pixels_take_tile(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
-                         struct vw_photo_tile tile, uint32_t side, struct vw_pixel *pixels);
+void vw_pixels_take_tile(const struct vw_scene *scene, uint32_t view, bool masks, struct vw_photo_tile tile,
+                         uint32_t side, struct vw_pixel *pixels);
 
 struct vw_pixel_columns {
     uint32_t begin, end;

@@ -10,7 +10,6 @@
 #include "train/effects/effects.h"
 #include "train/passes.h"
 #include "train/renderers/registry.h"
-#include "train/validation/judges.h"
 
 static const uint64_t OVERFLOW_BYTES = 4 * VW_OVERFLOW_STRIDE;
 
@@ -174,9 +173,7 @@ enum vw_status vw_step_take_photos(const struct vw_step_passes *step, const uint
 
 void vw_step_draw_pixels(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t view,
                          const struct vw_pixel_draw *draw, uint32_t first_pixel) {
-    struct vw_pixel_draw own = *draw;
-    if (step->judges) own.kept_out = vw_judges_kept_out(step->judges, view);
-    uint32_t counted = step->field->model->renderer->step->draw_pixels(step, submission, view, &own, first_pixel);
+    uint32_t counted = step->field->model->renderer->step->draw_pixels(step, submission, view, draw, first_pixel);
     step->counted[first_pixel / step->rays] = counted ? counted : 1; // a step has rays, if only one without weight
     if (step->photos) return;
     struct vw_pixel *uploaded = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;

@@ -35,7 +35,6 @@ struct vw_step_passes {
     struct vw_buffer *effect_buffers[VW_SLOT_COUNT]; // the effects', by slot
     struct vw_effect_sets effects;
     struct vw_consistency_effect *consistency; // NULL without that loss
-    const struct vw_judges *judges;            // borrowed: what photos keep out of their training; NULL: nothing
 };
 
 // The flags of `overflow`, which passes set: one of the weights, one of photos, then those of the renderer.

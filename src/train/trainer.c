@@ -16,11 +16,6 @@ static uint32_t rows_per_step(const struct vw_trainer *trainer) {
     return vw_validation_rows_per_measurement(&trainer->validation);
 }
 
-static bool is_judged(const struct vw_trainer *trainer) { return trainer->validation.judges.kept; }
-
-// Returns how many views a record may lend.
-static uint32_t views_per_record(const struct vw_trainer *trainer) { return rows_per_step(trainer) - 1; }
-
 // Returns one step more than a submission takes: the first submission also contains step 0.
 static uint32_t records_per_slot(const struct vw_trainer *trainer) {
     return trainer->photo_order.submission_steps_max + 1;
@@ -33,9 +28,8 @@ static uint32_t rows_per_slot(const struct vw_trainer *trainer) {
 static enum vw_status allocate_records(struct vw_trainer *trainer) {
     size_t count = records_per_slot(trainer);
     trainer->records = vw_allocate(count, sizeof *trainer->records);
-    trainer->view_errors = vw_allocate(count * views_per_record(trainer), sizeof *trainer->view_errors);
-    trainer->sums_before = vw_allocate(views_per_record(trainer), sizeof *trainer->sums_before);
-    return trainer->records && trainer->view_errors && trainer->sums_before ? VW_OK : VW_ERROR_MEMORY;
+    trainer->view_errors = vw_allocate(count * trainer->validation.view_count, sizeof *trainer->view_errors);
+    return trainer->records && trainer->view_errors ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // Returns the room of a submission. On a CPU a step takes milliseconds: room for 128 default steps is enough for a
@@ -82,9 +76,7 @@ static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_t
                                                   &trainer->config, &trainer->photo_order);
     if (!status)
         status = vw_photo_order_leave_out(params->left_out_views, params->left_out_count, &trainer->photo_order);
-    if (!status && trainer->validate)
-        status = vw_validation_list_views(trainer->scene, &trainer->photo_order, trainer->config.judges,
-                                          &trainer->validation);
+    if (!status && trainer->validate) status = vw_validation_list_views(trainer->scene, &trainer->validation);
     return status;
 }
 
@@ -108,7 +100,6 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
     const struct vw_validation_params params = {.field = &trainer->field,
                                                 .scene = trainer->scene,
                                                 .ray_count = trainer->config.val_rays,
-                                                .judge_share = trainer->config.judge_share,
                                                 .seed = vw_config_seed_of(&trainer->config, VW_VARY_VALIDATION),
                                                 .masks = trainer->masks,
                                                 .scalars = trainer->scalars};
@@ -129,26 +120,7 @@ static struct vw_trainer_parts list_parts(struct vw_trainer *trainer) {
                                      .scalars = trainer->scalars};
 }
 
-// Returns whether other photos judge the step after this one.
-static bool judges_change_after(const struct vw_trainer *trainer, uint64_t step) {
-    const struct vw_judges *judges = &trainer->validation.judges;
-    uint32_t epoch = vw_photo_order_epoch_of_step(&trainer->photo_order, step);
-    return judges->group_count > 1 && step > 0 && step == vw_photo_order_epoch_end(&trainer->photo_order, step) &&
-           vw_judges_group_of_epoch(judges, epoch) != vw_judges_group_of_epoch(judges, epoch + 1);
-}
-
 // ---- Submission -----------------------------------------------------------------------------------------------------
-
-// Records the measurement after a step: by its epoch's judges, and after the epoch's last step by those of the next
-// one.
-static void record_validation(const struct vw_trainer *trainer, struct vw_submission *submission, uint64_t step,
-                              uint32_t scalar_row) {
-    const struct vw_validation *validation = &trainer->validation;
-    uint32_t epoch = vw_photo_order_epoch_of_step(&trainer->photo_order, step);
-    vw_validation_record(validation, submission, epoch, scalar_row);
-    if (judges_change_after(trainer, step))
-        vw_validation_record(validation, submission, epoch + 1, scalar_row + validation->judges.group_most);
-}
 
 static void record_training(struct vw_trainer *trainer, struct vw_submission *submission, uint64_t step,
                             uint32_t first_pixel, uint32_t scalar_row) {
@@ -157,7 +129,7 @@ static void record_training(struct vw_trainer *trainer, struct vw_submission *su
                                         .picture_side = trainer->model.picture_side, .masks = trainer->masks};
     vw_step_draw_pixels(&trainer->step, submission, view, &drawn, first_pixel);
     vw_step_record_passes(&trainer->step, submission, step, first_pixel, scalar_row);
-    record_validation(trainer, submission, step, scalar_row);
+    vw_validation_record(&trainer->validation, submission, scalar_row);
 }
 
 static uint64_t last_step(const struct vw_trainer *trainer) {
@@ -196,15 +168,12 @@ static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_s
     struct vw_submission_slot *slot = &trainer->slots[index];
     if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
     *slot = (struct vw_submission_slot){.first_step = trainer->next_step, .in_flight = true};
-    slot->resumes = trainer->next_step > 0 && is_judged(trainer) && !trainer->measured;
-    if (trainer->next_step == 0 || slot->resumes) { // the untrained field, or the one that was restored
-        slot->first_step = trainer->next_step - slot->resumes;
-        record_validation(trainer, submission, slot->first_step, row);
+    if (trainer->next_step == 0) { // the untrained field
+        vw_validation_record(&trainer->validation, submission, row);
         row += rows_per_step(trainer);
         slot->row_count++;
-        trainer->next_step += !slot->resumes;
+        trainer->next_step++;
     }
-    trainer->measured = true;
     for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last; steps--) {
         record_training(trainer, submission, trainer->next_step++, pixel, row);
         pixel += trainer->config.rays;
@@ -227,7 +196,7 @@ static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_sub
 // host leaves some out.
 static bool draws_on_device(const struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     bool sorted = trainer->config.field != VW_FIELD_SPLATS && vw_pixels_are_sorted(trainer->scene, trainer->masks);
-    return choose(trainer->gpu, params).draws_pixels && !params->awaits_field && !sorted && !is_judged(trainer) &&
+    return choose(trainer->gpu, params).draws_pixels && !params->awaits_field && !sorted &&
            !vw_effects_pixel_bytes(&trainer->model);
 }
 
@@ -248,7 +217,6 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
         status = vw_step_create(&trainer->field, &trainer->photo_order, trainer->pixels, trainer->scalars, photos,
                                 &trainer->step);
     if (!status) status = create_validation(trainer);
-    trainer->step.judges = &trainer->validation.judges;
     trainer->parts = list_parts(trainer);
     return !status ? join_submissions(trainer, submissions) : status;
 }
@@ -281,66 +249,29 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     vw_buffer_destroy(&trainer->scalars);
     free(trainer->records);
     free(trainer->view_errors);
-    free(trainer->sums_before);
     free(trainer);
     *pointer = NULL;
 }
 
 // ---- Handing out ----------------------------------------------------------------------------------------------------
 
-static int by_view(const void *one, const void *other) {
-    const struct vw_view_error *a = one, *b = other;
-    return (a->view > b->view) - (a->view < b->view);
-}
-
-static void read_before(const struct vw_trainer *trainer, uint32_t epoch, struct vw_step_record *record) {
-    const struct vw_field_measurement before =
-        vw_validation_read(&trainer->validation, epoch, record->view, trainer->sums_before, NULL);
-    record->judged = true;
-    record->val_psnr_before = before.val_psnr;
-    record->val_psnr_pooled_before = before.val_psnr_pooled;
-    record->val_l1_before = before.val_l1;
-    record->nonfinite |= !before.finite;
-}
-
-// Keeps what the next step is compared with: the sums after this one, of the judges of the next one's epoch.
-static void keep_sums(struct vw_trainer *trainer, uint64_t step, const vw_float4 *sums) {
-    const struct vw_judges *all = &trainer->validation.judges;
-    uint32_t skipped = judges_change_after(trainer, step) ? all->group_most : 0;
-    memcpy(trainer->sums_before, sums + skipped, all->group_most * sizeof *sums);
-}
-
-static void read_measurement(struct vw_trainer *trainer, const vw_float4 *sums, struct vw_view_error *views,
+static void read_measurement(const struct vw_trainer *trainer, const vw_float4 *rows, struct vw_view_error *views,
                              struct vw_step_record *record) {
-    const struct vw_validation *validation = &trainer->validation;
-    const struct vw_field_measurement measured =
-        vw_validation_read(validation, record->epoch, record->view, sums, views);
+    const struct vw_field_measurement measured = vw_validation_read(&trainer->validation, rows, views);
     record->validated = true;
     record->views = views;
-    record->view_count =
-        vw_judges_in_group(&validation->judges, vw_judges_group_of_epoch(&validation->judges, record->epoch));
+    record->view_count = trainer->validation.view_count;
     record->val_psnr = measured.val_psnr;
     record->val_psnr_pooled = measured.val_psnr_pooled;
     record->val_l1 = measured.val_l1;
     record->floored_views = measured.floored_views;
     record->nonfinite |= !measured.finite;
-    if (!is_judged(trainer)) return;
-    if (record->step > 0) read_before(trainer, record->epoch, record);
-    if (judges_change_after(trainer, record->step)) {
-        (void)vw_validation_read(validation, record->epoch + 1, record->view, sums + validation->judges.group_most,
-                                 views + record->view_count);
-        record->view_count +=
-            vw_judges_in_group(&validation->judges, vw_judges_group_of_epoch(&validation->judges, record->epoch + 1));
-        qsort(views, record->view_count, sizeof *views, by_view);
-    }
-    if (measured.finite || judges_change_after(trainer, record->step)) keep_sums(trainer, record->step, sums);
 }
 
 // Blanks the values of a step that was skipped, or whose validation is not finite (decision 8).
 static void blank_nonfinite(struct vw_step_record *record) {
     if (!record->nonfinite) return;
     record->val_psnr = record->val_psnr_pooled = record->val_l1 = NAN;
-    record->judged = false;
     if (!isfinite(record->train_loss)) record->train_loss = NAN;
 }
 
@@ -360,7 +291,7 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
         record->clamped_count = (uint64_t)rows->w;
     }
     if (trainer->validate)
-        read_measurement(trainer, rows + 1, trainer->view_errors + (size_t)index * views_per_record(trainer), record);
+        read_measurement(trainer, rows, trainer->view_errors + (size_t)index * trainer->validation.view_count, record);
     blank_nonfinite(record);
     trainer->nonfinite_steps += record->nonfinite;
     trainer->clamped_count += record->clamped_count;
@@ -380,10 +311,9 @@ enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_st
     if (status) return status;
     vw_photo_order_adapt_submissions(&trainer->photo_order, slot->row_count, trainer->submissions->took_s[index]);
     const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)index * rows_per_slot(trainer);
-    if (slot->resumes) keep_sums(trainer, slot->first_step, rows + 1);
-    for (uint32_t i = slot->resumes; i < slot->row_count; i++)
-        read_record(trainer, slot->first_step + i, i - slot->resumes, rows + (size_t)i * rows_per_step(trainer));
-    *count = slot->row_count - slot->resumes;
+    for (uint32_t i = 0; i < slot->row_count; i++)
+        read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
+    *count = slot->row_count;
     return VW_OK;
 }
 

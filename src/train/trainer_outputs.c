@@ -122,7 +122,6 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
     if (!status) status = vw_checkpoint_load(path, run_id, last_step, &trainer->step, step);
     if (!status) trainer->next_step = *step + 1;
-    trainer->measured = false;
     return status;
 }
 

@@ -10,7 +10,6 @@
 struct vw_submission_slot {
     uint64_t first_step; // 0 in the run's first submission, which also measures the untrained field
     uint32_t row_count;  // its steps, step 0 included
-    bool resumes;        // its first row is of the step before, whose judges are needed once more
     bool in_flight;      // submitted, and not handed out
 };
 
@@ -37,13 +36,11 @@ struct vw_trainer {
     uint32_t next_slot;     // to hand out
     uint64_t next_step;     // the next to record; 0 before the first submission
     uint64_t stop_step;     // the last to record until told otherwise
-    bool measured;          // an earlier row has the judges of the next step
     enum vw_status failure; // to decode a photo: no step follows
     struct vw_saved_error why;
 
     struct vw_step_record *records; // records of the submission handed out last, with what they lend
     struct vw_view_error *view_errors;
-    vw_float4 *sums_before;                                 // by the epoch's judges, before the next step to hand out
     uint64_t clamped_count, nonfinite_steps, floored_steps; // counts over the records handed out
 };
 

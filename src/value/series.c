@@ -32,7 +32,6 @@ struct reader {
     double
         *before; // the measure that a delta starts from: one per image in the revisit form, otherwise the first entry
     double last_delta; // delta of the step before; NaN: unknown
-    bool judged;       // whether train photos judge
     bool bridges;      // whether the next delta spans steps that were trained but not validated
 };
 
@@ -53,8 +52,6 @@ static double take_delta(struct reader *reader, const struct vw_step_record *rec
     bool psnr = reader->measure == VW_MEASURE_PSNR, revisit = reader->form == VW_FORM_REVISIT,
          trained = record->view != VW_RECORD_UNTRAINED;
     double after = psnr ? record->val_psnr : record->val_l1, *before = &reader->before[revisit ? image : 0];
-    reader->judged |= record->judged;
-    if (record->judged) *before = psnr ? record->val_psnr_before : record->val_l1_before;
     double delta = psnr ? after - *before : -(after - *before);
     if (isfinite(after) && (trained || !revisit)) *before = after;
     if (!isfinite(delta)) delta = NAN;
@@ -77,22 +74,6 @@ static enum vw_status take_visits(const struct vw_value_input *input, struct rea
     return VW_OK;
 }
 
-// Takes an epoch's mean from its deltas: a step on a photo lifts the squares that it keeps out, too, which steps on
-// others partly undo, so that the level of what judges say means nothing.
-static void centre(struct vw_visit *visits, uint64_t count) {
-    double sum = 0, finite = 0;
-    for (uint64_t i = 0; i < count; i++)
-        if (isfinite(visits[i].delta)) sum += visits[i].delta, finite++;
-    for (uint64_t i = 0; i < count; i++) visits[i].delta -= sum / finite;
-}
-
-static void centre_epochs(struct vw_series *series) {
-    for (uint64_t first = 0, end; first < series->count; first = end) {
-        for (end = first; end < series->count && series->visits[end].epoch == series->visits[first].epoch;) end++;
-        centre(series->visits + first, end - first);
-    }
-}
-
 enum vw_status vw_series_make(const struct vw_value_input *input, enum vw_measure measure, enum vw_form form,
                               struct vw_series *series) {
     *series = (struct vw_series){.visits = vw_allocate(input->record_count, sizeof *series->visits)};
@@ -101,7 +82,6 @@ enum vw_status vw_series_make(const struct vw_value_input *input, enum vw_measur
     enum vw_status status = series->visits && reader.before ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i <= input->image_count; i++) reader.before[i] = NAN;
     if (!status) status = take_visits(input, &reader, series);
-    if (!status && reader.judged) centre_epochs(series);
     free(reader.before);
     return status;
 }

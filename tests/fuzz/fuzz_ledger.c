@@ -89,9 +89,9 @@ static void append_to_ledger(const char *path) {
     fuzz_check_message(vw_ledger_open_to_append(path, &ledger));
     if (!ledger) return;
     const struct vw_step_record more = {.step = vw_ledger_next_step(ledger), .validated = true, .train_loss = 1};
-    fuzz_check_message(vw_ledger_compare(ledger, &(struct vw_step_record){0}, 1));
+    fuzz_check_message(vw_ledger_compare(ledger, &(struct vw_step_record){0}, 1, test_validation_views));
     fuzz_check_message(vw_ledger_extend(ledger, "{}"));
-    fuzz_check_message(vw_ledger_append(ledger, &more, 1));
+    fuzz_check_message(vw_ledger_append(ledger, &more, 1, test_validation_views));
     fuzz_check_message(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", test_scores, TEST_SCORE_COUNT));
     fuzz_check_message(vw_ledger_verify(ledger));
     read_rows(ledger);

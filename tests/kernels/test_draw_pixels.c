@@ -124,7 +124,7 @@ TEST_CASES(tiles_are_those_that_the_host_takes, view, VIEWS) {
         for (uint32_t i = 0; i < count; i++) {
             tiles[i].corner = i / columns << 16 | i % columns;
             const struct vw_photo_tile tile = {i % columns * SIDE, i / columns * SIDE};
-            vw_pixels_take_tile(d.scene, (uint32_t)view, &draw, tile, SIDE, expected + i * SIDE * SIDE);
+            vw_pixels_take_tile(d.scene, (uint32_t)view, masks, tile, SIDE, expected + i * SIDE * SIDE);
         }
         for (uint32_t i = push.listed; i < push.count; i++) expected[i] = (struct vw_pixel){.view = (uint32_t)view};
         ASSERT_OK(vw_buffer_write(d.tiles, 2 * sizeof *tiles, tiles, count * sizeof *tiles));

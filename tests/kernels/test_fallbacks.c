@@ -146,7 +146,7 @@ static vw_float4 *render(struct step_bench *bench, struct vw_evaluator *evaluato
                          uint32_t count) {
     assert_int_equal(vw_evaluator_set_pixels(evaluator, pixels, count), VW_OK);
     vw_submission_begin(bench->submission);
-    vw_evaluator_record(evaluator, 0, bench->submission);
+    vw_evaluator_record(evaluator, bench->submission);
     test_submit(bench->submission);
     return test_read(evaluator->colours);
 }

@@ -135,7 +135,7 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
     assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
     vw_submission_begin(bench->submission);
     vw_step_record_passes(&bench->step, bench->submission, 2, 0, 0);
-    vw_evaluator_record(evaluator, 0, bench->submission);
+    vw_evaluator_record(evaluator, bench->submission);
     test_submit(bench->submission);
     float *params_after = test_read(bench->field.params);
     void *moments_after = test_read(bench->step.weight_moments);

@@ -150,11 +150,9 @@ static double psnr_towards(struct vw_gradient_replay *gradient_replay, const flo
     for (uint64_t i = 0; i < count; i++) moved[i] = (float)(from[i] + factor * towards[i]);
     ASSERT_OK(vw_buffer_write(context->field->params, 0, moved, count * sizeof *moved));
     vw_submission_begin(gradient_replay->replay.submission);
-    vw_validation_record(context->validation, gradient_replay->replay.submission, 0, 0);
+    vw_validation_record(context->validation, gradient_replay->replay.submission, 0);
     ASSERT_OK(vw_step_replay_run(&gradient_replay->replay));
-    return vw_validation_read(context->validation, 0, VW_RECORD_UNTRAINED,
-                              (const vw_float4 *)vw_buffer_map(context->scalars) + 1, NULL)
-        .val_psnr;
+    return vw_validation_read(context->validation, vw_buffer_map(context->scalars), NULL).val_psnr;
 }
 
 static double derivative_of(struct vw_gradient_replay *gradient_replay, const float *from, const double *towards,

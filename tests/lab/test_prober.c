@@ -137,10 +137,10 @@ static struct vw_step_record step_by_hand(struct vw_trainer *trainer, uint64_t n
     ASSERT_OK(vw_submission_create(trainer->gpu, &submission));
     vw_submission_begin(submission);
     vw_step_record_passes(&trainer->step, submission, number, 0, 0);
-    vw_validation_record(&trainer->validation, submission, 0, 0);
+    vw_validation_record(&trainer->validation, submission, 0);
     test_submit(submission);
-    const struct vw_field_measurement measured = vw_validation_read(
-        &trainer->validation, 0, VW_RECORD_UNTRAINED, (const vw_float4 *)vw_buffer_map(trainer->scalars) + 1, NULL);
+    const struct vw_field_measurement measured =
+        vw_validation_read(&trainer->validation, vw_buffer_map(trainer->scalars), NULL);
     vw_submission_destroy(&submission);
     return (struct vw_step_record){
         .val_psnr = measured.val_psnr, .val_psnr_pooled = measured.val_psnr_pooled, .val_l1 = measured.val_l1};

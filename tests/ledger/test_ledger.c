@@ -104,7 +104,7 @@ FOLDER_TEST(retrainings_come_back_until_the_run_goes_on) {
     }
     ASSERT_OK(vw_ledger_verify(ledger));
     assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
-    ASSERT_OK(vw_ledger_append(ledger, &next, 1));
+    ASSERT_OK(vw_ledger_append(ledger, &next, 1, test_validation_views));
     assert_answer(path, "SELECT count(*) FROM retraining", "0");
     assert_int_equal(vw_ledger_add_retrainings(ledger, test_retraining_store, 1, NULL, 0), VW_ERROR_USAGE);
 }
@@ -117,8 +117,7 @@ FOLDER_TEST(tables_are_as_contracted) {
                 "status,row_hash,final_hash,scene_options_json,effects_json,plan_json,field_sha256"},
         {"image", "image_id,scene_hash,name,split,provider,sha256,ground_truth"},
         {"step",
-         "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored,"
-         "val_psnr_before,val_psnr_pooled_before,val_l1_before"},
+         "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
         {"score", "run_id,image_id,method,value,unit,stderr,visits,ci_low,ci_high,rank_ci_low,rank_ci_high"},
         {"retraining", "run_id,retraining,seed,epochs,image_ids,val_psnr"},
@@ -146,7 +145,7 @@ FOLDER_TEST(tables_are_as_contracted) {
         path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND ci_low IS NULL FROM score WHERE image_id = 2",
         "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
-    assert_answer(path, "PRAGMA user_version", "4");
+    assert_answer(path, "PRAGMA user_version", "3");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -222,13 +221,13 @@ FOLDER_TEST(only_ledgers_open) {
     temporary_write(path, "", 0);
     sql_change(path, "CREATE TABLE run (a); INSERT INTO run VALUES (1); PRAGMA user_version = 0");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT); // someone else's database
-    sql_change(path, "INSERT INTO run VALUES (2); PRAGMA user_version = 4");
+    sql_change(path, "INSERT INTO run VALUES (2); PRAGMA user_version = 3");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
 
     AUTO_FREE char *recorded = test_ledger_record(*state, "recorded.db", &test_four_epochs, 6);
-    sql_change(recorded, "UPDATE run SET seed = 1; PRAGMA user_version = 5");
+    sql_change(recorded, "UPDATE run SET seed = 1; PRAGMA user_version = 4");
     ASSERT_FAILS(vw_ledger_open(recorded, &ledger), VW_ERROR_INPUT, "newer viewworth");
-    sql_run(recorded, "DROP TABLE lasting_view; PRAGMA user_version = 4");
+    sql_run(recorded, "DROP TABLE lasting_view; PRAGMA user_version = 3");
     ASSERT_FAILS(vw_ledger_open(recorded, &ledger), VW_ERROR_INPUT, "or lacks one");
     assert_null(ledger);
 }

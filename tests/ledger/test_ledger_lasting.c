@@ -110,7 +110,7 @@ FOLDER_TEST(new_steps_remove_the_pass) {
     longer.epochs++;
     AUTO_FREE struct test_recording *recording = test_record(&longer);
     struct vw_ledger *ledger = test_ledger_open_to_append(path);
-    ASSERT_OK(vw_ledger_append(ledger, &recording->records[STEPS + 1], 5));
+    ASSERT_OK(vw_ledger_append(ledger, &recording->records[STEPS + 1], 5, test_validation_views));
     ASSERT_OK(vw_ledger_verify(ledger));
     vw_ledger_close(&ledger);
     ASSERT_OK(get(path, false, &pass));

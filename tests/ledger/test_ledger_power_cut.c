@@ -140,7 +140,7 @@ static void append_and_die(const struct scene *scene) {
     if (scene->spills && sqlite3_exec(ledger->database.handle, small, NULL, NULL, NULL) != SQLITE_OK) _exit(2);
     observed->counting = true;
     const struct vw_step_record *rest = &scene->recording->records[FIRST_COUNT];
-    if (vw_ledger_append(ledger, rest, RECORD_COUNT - FIRST_COUNT)) _exit(3);
+    if (vw_ledger_append(ledger, rest, RECORD_COUNT - FIRST_COUNT, test_validation_views)) _exit(3);
     observed->appended = true;
     _exit(0);
 }
@@ -174,7 +174,8 @@ static void assert_unharmed(const struct scene *scene, uint32_t operation, const
         fail_msg("%s cache, operation %u, %s: %llu steps, %s, %s", scene->spills ? "small" : "usual", operation, cut,
                  (unsigned long long)next, run.status, status ? vw_error_message() : "verifies");
     if (none) assert_answer(scene->path, "SELECT count(*) FROM score", "3");
-    ASSERT_OK(vw_ledger_append(ledger, &scene->recording->records[next], RECORD_COUNT - (uint32_t)next));
+    ASSERT_OK(vw_ledger_append(ledger, &scene->recording->records[next], RECORD_COUNT - (uint32_t)next,
+                               test_validation_views));
     ASSERT_OK(vw_ledger_verify(ledger));
     vw_ledger_close(&ledger);
     assert_answer(scene->path, SQL_CHAIN, scene->chain);
@@ -222,11 +223,11 @@ static void set_scene(struct scene *scene) {
     scene->path = test_own(vw_path_join(scene->folder, "ledger.db"), free);
     scene->journal_path = test_own(vw_path_join(scene->folder, "ledger.db-journal"), free);
     struct vw_ledger *ledger = test_ledger_create(whole);
-    ASSERT_OK(vw_ledger_append(ledger, scene->recording->records, RECORD_COUNT));
+    ASSERT_OK(vw_ledger_append(ledger, scene->recording->records, RECORD_COUNT, test_validation_views));
     vw_ledger_close(&ledger);
     scene->chain = test_own(sql_ask(whole, SQL_CHAIN), free);
     ledger = test_ledger_create(scene->path);
-    ASSERT_OK(vw_ledger_append(ledger, scene->recording->records, FIRST_COUNT));
+    ASSERT_OK(vw_ledger_append(ledger, scene->recording->records, FIRST_COUNT, test_validation_views));
     test_ledger_finish(ledger, "finished");
     vw_ledger_close(&ledger);
     scene->before = temporary_keep(scene->path);

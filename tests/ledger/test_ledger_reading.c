@@ -96,7 +96,7 @@ static void append_step_by_step(const char *path) {
     struct vw_ledger *ledger = NULL;
     if (vw_ledger_open_to_append(path, &ledger)) _exit(1);
     for (uint32_t i = 0; i < recording->count; i++)
-        if (vw_ledger_append(ledger, &recording->records[i], 1)) _exit(2);
+        if (vw_ledger_append(ledger, &recording->records[i], 1, test_validation_views)) _exit(2);
     if (vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", NULL, 0)) _exit(3);
     _exit(0);
 }

@@ -8,9 +8,9 @@ FOLDER_TEST(steps_must_follow_each_other) {
     AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_create(path);
     AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     const struct vw_step_record *records = recording->records;
-    assert_int_equal(vw_ledger_append(ledger, &records[1], 2), VW_ERROR_USAGE);
-    ASSERT_OK(vw_ledger_append(ledger, records, 3));
-    assert_int_equal(vw_ledger_append(ledger, &records[2], 2), VW_ERROR_USAGE);
+    assert_int_equal(vw_ledger_append(ledger, &records[1], 2, test_validation_views), VW_ERROR_USAGE);
+    ASSERT_OK(vw_ledger_append(ledger, records, 3, test_validation_views));
+    assert_int_equal(vw_ledger_append(ledger, &records[2], 2, test_validation_views), VW_ERROR_USAGE);
     assert_int_equal(vw_ledger_next_step(ledger), 3);
     assert_answer(path, "SELECT count(*) FROM step", "3");
 }
@@ -37,7 +37,7 @@ static void go_on_after(const char *folder, const char *ended) {
     struct vw_ledger *ledger = test_ledger_create(path);
     AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     assert_head(ledger, path, "SELECT row_hash FROM run");
-    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3));
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
     assert_head(ledger, path, "SELECT row_hash FROM step WHERE step = 2");
     assert_run(ledger, "running", config);
     if (ended) {
@@ -51,7 +51,7 @@ static void go_on_after(const char *folder, const char *ended) {
     assert_head(ledger, path, ended ? SQL_FINAL_HASH : "SELECT row_hash FROM step WHERE step = 2");
     ASSERT_OK(vw_ledger_extend(ledger, extended));
     assert_run(ledger, ended ? ended : "running", config); // as yet nothing is written
-    ASSERT_OK(vw_ledger_append(ledger, &recording->records[3], 3));
+    ASSERT_OK(vw_ledger_append(ledger, &recording->records[3], 3, test_validation_views));
     assert_run(ledger, "running", extended);
     assert_head(ledger, path, "SELECT row_hash FROM step WHERE step = 5");
     assert_answer(path, "SELECT count(*) FROM score", "0");
@@ -82,12 +82,12 @@ FOLDER_TEST(a_field_is_of_one_end) {
     struct vw_ledger *ledger = test_ledger_create(path);
     AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     struct vw_ledger_run run;
-    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3));
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
     test_ledger_finish(ledger, "finished");
     assert_answer(path, "SELECT field_sha256 FROM run", HEX_B);
     ASSERT_OK(vw_ledger_get_run(ledger, &run));
     assert_string_equal(run.field_sha256, HEX_B);
-    ASSERT_OK(vw_ledger_append(ledger, &recording->records[3], 3));
+    ASSERT_OK(vw_ledger_append(ledger, &recording->records[3], 3, test_validation_views));
     assert_answer(path, "SELECT field_sha256 FROM run", "NULL");
     ASSERT_OK(vw_ledger_finish(ledger, "interrupted", "2026-11-21T04:00:00Z", NULL, 0));
     assert_answer(path, "SELECT field_sha256 FROM run", "NULL");
@@ -115,7 +115,7 @@ FOLDER_TEST(a_failed_finish_changes_nothing) {
 
 static int count_changes(struct vw_ledger *ledger, const struct vw_step_record *record) {
     int before = sqlite3_total_changes(ledger->database.handle);
-    ASSERT_OK(vw_ledger_append(ledger, record, 1));
+    ASSERT_OK(vw_ledger_append(ledger, record, 1, test_validation_views));
     return sqlite3_total_changes(ledger->database.handle) - before;
 }
 

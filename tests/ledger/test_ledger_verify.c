@@ -235,11 +235,11 @@ FOLDER_TEST(rows_moved_and_added_are_found) {
          "step 3", true},
         {"a step added at the end",
          "INSERT INTO step SELECT run_id, 11, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
-         " nonfinite, row_hash, clamped, floored, NULL, NULL, NULL FROM step WHERE step = 10",
+         " nonfinite, row_hash, clamped, floored FROM step WHERE step = 10",
          "step 11", true},
         {"a step added before the first",
          "INSERT INTO step SELECT run_id, -1, epoch, image_id, train_loss, val_psnr, val_psnr_pooled,"
-         " val_l1, nonfinite, row_hash, clamped, floored, NULL, NULL, NULL FROM step WHERE step = 0",
+         " val_l1, nonfinite, row_hash, clamped, floored FROM step WHERE step = 0",
          "step 0 is missing", true},
         {"a view row added to a step",
          "INSERT INTO view SELECT run_id, step, 3, mse, l1 FROM view WHERE step = 5 AND image_id = 4", "step 5", true},
@@ -254,8 +254,7 @@ FOLDER_TEST(rows_moved_and_added_are_found) {
         {"a view row of another run",
          "INSERT INTO view SELECT 'other', step, image_id, mse, l1 FROM view WHERE step = 5", "table view", true},
         {"a step of another run",
-         "INSERT INTO step SELECT 'other', 0, 0, NULL, NULL, NULL, NULL, NULL, 0, row_hash, 0, 0, NULL, NULL, NULL "
-         "FROM run",
+         "INSERT INTO step SELECT 'other', 0, 0, NULL, NULL, NULL, NULL, NULL, 0, row_hash, 0, 0 FROM run",
          "step 11 is missing", true},
         {"an image added",
          "INSERT INTO image SELECT 8, scene_hash, 'images/8.png', split, provider, sha256, ground_truth FROM image"
@@ -326,10 +325,10 @@ static void use(const char *path) {
     vw_ledger_chain_head(ledger, head);
     AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     uint64_t next = vw_ledger_next_step(ledger);
-    (void)vw_ledger_compare(ledger, recording->records, STEP_COUNT);
+    (void)vw_ledger_compare(ledger, recording->records, STEP_COUNT, test_validation_views);
     struct vw_step_record more = {.step = next, .validated = true};
     (void)vw_ledger_extend(ledger, "{}");
-    (void)vw_ledger_append(ledger, &more, 1);
+    (void)vw_ledger_append(ledger, &more, 1, test_validation_views);
     (void)vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", test_scores, TEST_SCORE_COUNT);
 }
 

@@ -212,7 +212,7 @@ struct vw_evaluator *step_bench_evaluate(struct step_bench *bench) {
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     stop_unless(bench, vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays));
     vw_submission_begin(bench->submission);
-    vw_evaluator_record(evaluator, 0, bench->submission);
+    vw_evaluator_record(evaluator, bench->submission);
     test_submit(bench->submission);
     return evaluator;
 }

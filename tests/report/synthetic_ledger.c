@@ -71,8 +71,7 @@ static void take_steps(struct synthetic *run) {
         double mean_db = 0, mse = 0, l1 = 0;
         for (uint32_t v = 0; v < run->view_count; v++) {
             double view_db = psnr_db + draw(step, 2 + v);
-            errors[v] = (struct vw_view_error){
-                .mse = pow(10, -view_db / 10), .l1 = 0.4 * pow(10, -view_db / 20), .view = run->views[v]};
+            errors[v] = (struct vw_view_error){.mse = pow(10, -view_db / 10), .l1 = 0.4 * pow(10, -view_db / 20)};
             mean_db += vw_psnr_db(errors[v].mse) / run->view_count;
             mse += errors[v].mse / run->view_count;
             l1 += errors[v].l1 / run->view_count;
@@ -157,7 +156,7 @@ static enum vw_status write_run(const char *path, const struct synthetic *run, b
     enum vw_status status = config_json ? vw_value_score(&input, &scores, &score_count) : VW_ERROR_MEMORY;
     if (!status) status = name_run(run, &row, &config, subset, run_id);
     if (!status) status = vw_ledger_create(path, &row, run->images, run->image_count, &ledger);
-    if (!status) status = vw_ledger_append(ledger, run->records, run->record_count);
+    if (!status) status = vw_ledger_append(ledger, run->records, run->record_count, run->views);
     if (!status) status = vw_ledger_set_field(ledger, zeros);
     if (!status) status = vw_ledger_finish(ledger, "finished", "2026-11-22T01:23:45Z", scores, score_count);
     vw_ledger_close(&ledger);

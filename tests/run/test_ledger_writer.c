@@ -23,7 +23,8 @@ static struct {
 
 WRAPS(vw_ledger_append);
 
-enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count) {
+enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                       const uint32_t *validation_views) {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);
     until.tv_sec += PATIENCE_S;
@@ -34,7 +35,7 @@ enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw
     bool fails = disk.fails_at && records[0].step == disk.fails_at;
     pthread_mutex_unlock(&disk.lock);
     return fails ? vw_fail(VW_ERROR_IO, "the disk is gone; get another")
-                 : __real_vw_ledger_append(ledger, records, count);
+                 : __real_vw_ledger_append(ledger, records, count, validation_views);
 }
 
 static void set_disk(bool closed, uint64_t fails_at) {
@@ -72,7 +73,7 @@ static struct writing begin(const char *folder) {
     AUTO_FREE char *path = vw_path_join(folder, "written.db");
     writing.ledger = test_ledger_create(path);
     set_disk(false, 0);
-    ASSERT_OK(vw_ledger_writer_create(writing.ledger, &writing.statistics, &writing.writer));
+    ASSERT_OK(vw_ledger_writer_create(writing.ledger, test_validation_views, &writing.statistics, &writing.writer));
     return writing;
 }
 
@@ -111,7 +112,8 @@ static void assert_has(const struct writing *writing, const char *folder, uint32
     char head[VW_HASH_HEX_BYTES], expected[VW_HASH_HEX_BYTES];
     AUTO_FREE char *path = vw_path_join(folder, "expected.db");
     struct vw_ledger *ledger = test_ledger_create(path);
-    for (uint32_t i = 0; i < count; i++) ASSERT_OK(vw_ledger_append(ledger, &writing->recording->records[i], 1));
+    for (uint32_t i = 0; i < count; i++)
+        ASSERT_OK(vw_ledger_append(ledger, &writing->recording->records[i], 1, test_validation_views));
     vw_ledger_chain_head(ledger, expected);
     vw_ledger_chain_head(writing->ledger, head);
     assert_string_equal(head, expected);

@@ -81,7 +81,7 @@ static void forge_checkpoints(const char *out) {
 static void plant_checkpoint(const char *out, const struct vw_config *config) {
     const struct vw_run_params params = params_of(out, config);
     const struct vw_step_record *records = NULL;
-    uint32_t count = 0;
+    uint32_t count = 0, view_count = 0;
     uint64_t step = 0;
     bool found = false;
     forge_checkpoints(out);
@@ -91,7 +91,8 @@ static void plant_checkpoint(const char *out, const struct vw_config *config) {
     vw_trainer_stop_after(run->trainer, PLANTED_STEP + 1);
     ASSERT_OK(vw_trainer_advance(run->trainer, &records, &count));
     assert_int_equal(count, 1);
-    ASSERT_OK(vw_ledger_append(run->ledger, records, count));
+    const uint32_t *views = vw_trainer_validation_views(run->trainer, &view_count);
+    ASSERT_OK(vw_ledger_append(run->ledger, records, count, views));
     vw_run_close(&run);
 }
 

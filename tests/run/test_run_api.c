@@ -24,9 +24,10 @@ WRAPS(vw_ledger_append);
 WRAPS(vw_ledger_writer_add);
 WRAPS(vw_checkpoints_save);
 
-enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count) {
+enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                       const uint32_t *validation_views) {
     usleep(WRITE_US);
-    enum vw_status status = __real_vw_ledger_append(ledger, records, count);
+    enum vw_status status = __real_vw_ledger_append(ledger, records, count, validation_views);
     if (!status) step_on_disk = records[count - 1].step;
     return status;
 }

@@ -113,7 +113,7 @@ static inline bool follow_chain(const char *path, bool rewrite) {
         feed_text(&state, head);
         feed_rows(&state, raw,
                   "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, "
-                  "clamped, floored, val_psnr_before, val_psnr_pooled_before, val_l1_before"
+                  "clamped, floored"
                   " FROM step WHERE step = ?",
                   step);
         feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id",

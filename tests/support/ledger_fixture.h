@@ -86,9 +86,8 @@ static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_
         pooled += 2 * delta;
         l1 -= delta / 100;
         // The second view is floored at 100 dB; SQLite keeps no negative zero. The first makes their mean PSNR.
-        errors[2 * step] =
-            (struct vw_view_error){.mse = pow(10, (100 - 2 * psnr) / 10), .l1 = l1, .view = test_validation_views[0]};
-        errors[2 * step + 1] = (struct vw_view_error){.mse = -0.0, .l1 = 0.125, .view = test_validation_views[1]};
+        errors[2 * step] = (struct vw_view_error){.mse = pow(10, (100 - 2 * psnr) / 10), .l1 = l1};
+        errors[2 * step + 1] = (struct vw_view_error){.mse = -0.0, .l1 = 0.125};
         records[step] = (struct vw_step_record){
             .step = step,
             .epoch = epoch,
@@ -185,7 +184,7 @@ static inline void test_ledger_append(struct vw_ledger *ledger, const struct tes
     test_corruption(recording);
     for (uint32_t first = 0; first < recording->count; first += submission) {
         uint32_t some = recording->count - first < submission ? recording->count - first : submission;
-        ASSERT_OK(vw_ledger_append(ledger, &recording->records[first], some));
+        ASSERT_OK(vw_ledger_append(ledger, &recording->records[first], some, test_validation_views));
     }
     free(recording);
 }

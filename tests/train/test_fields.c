@@ -87,10 +87,9 @@ static void assert_validates_alike(struct vw_trainer *trainer, const struct vw_v
     struct vw_submission *submission = trainer->submissions->submissions[0];
     struct vw_view_error views[TEST_VALS];
     vw_submission_begin(submission);
-    vw_validation_record(&trainer->validation, submission, 0, 0);
+    vw_validation_record(&trainer->validation, submission, 0);
     test_submit(submission);
-    vw_validation_read(&trainer->validation, 0, VW_RECORD_UNTRAINED,
-                       (const vw_float4 *)vw_buffer_map(trainer->scalars) + 1, views);
+    vw_validation_read(&trainer->validation, vw_buffer_map(trainer->scalars), views);
     assert_memory_equal(views, expected, sizeof views);
 }
 

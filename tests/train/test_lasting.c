@@ -200,22 +200,22 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
                 vw_step_record_loss(context->step, lasting->replay.submission, pixel, row);
             }
             if (vw_lasting_is_state(lasting, step) && !nudged)
-                vw_validation_record(context->validation, lasting->replay.submission, 0, row);
+                vw_validation_record(context->validation, lasting->replay.submission, row);
         }
         ASSERT_OK(vw_step_replay_run(&lasting->replay));
         const vw_float4 *rows = vw_buffer_map(context->scalars);
         for (uint64_t i = first; i < step; i++)
             if (vw_lasting_is_state(lasting, i) && !(nudged && i == scaled))
-                psnr += vw_validation_read(context->validation, 0, VW_RECORD_UNTRAINED,
-                                           rows + vw_step_replay_row(&lasting->replay, (uint32_t)(i - first)) + 1, NULL)
+                psnr += vw_validation_read(context->validation,
+                                           rows + vw_step_replay_row(&lasting->replay, (uint32_t)(i - first)), NULL)
                             .val_psnr;
         if (!nudged) continue;
         nudge(lasting, 0, extra);
         if (!vw_lasting_is_state(lasting, scaled)) continue;
         vw_submission_begin(lasting->replay.submission);
-        vw_validation_record(context->validation, lasting->replay.submission, 0, 0);
+        vw_validation_record(context->validation, lasting->replay.submission, 0);
         ASSERT_OK(vw_step_replay_run(&lasting->replay));
-        psnr += vw_validation_read(context->validation, 0, VW_RECORD_UNTRAINED, rows + 1, NULL).val_psnr;
+        psnr += vw_validation_read(context->validation, rows, NULL).val_psnr;
     }
     return psnr / vw_lasting_state_count(lasting);
 }

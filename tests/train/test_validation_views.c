@@ -99,11 +99,11 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
     struct vw_step_record *steps = NULL;
     uint32_t count = 0, view_count = 0;
     uint64_t step_count = 0;
-    vw_trainer_validation_views(trainer, &view_count);
+    const uint32_t *views = vw_trainer_validation_views(trainer, &view_count);
     assert_int_equal(view_count, VAL_VIEWS);
     do {
         ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
-        if (count > 0) ASSERT_OK(vw_ledger_append(ledger, records, count));
+        if (count > 0) ASSERT_OK(vw_ledger_append(ledger, records, count, views));
     } while (count > 0);
     ASSERT_OK(vw_ledger_get_steps(ledger, &steps, &step_count));
     const struct vw_value_input input = {.records = steps,

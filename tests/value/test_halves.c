@@ -51,7 +51,6 @@ static struct vw_ledger *record(const char *folder, const bool validates[IMAGES]
         for (uint32_t v = 0; v < view_count; v++) {
             double share = images[views[v]].weight / sum;
             errors[t][v] = error_of(t, views[v]);
-            errors[t][v].view = views[v];
             record->val_psnr += share * vw_psnr_db(errors[t][v].mse);
             record->val_l1 += share * errors[t][v].l1;
             mse += share * errors[t][v].mse;
@@ -64,7 +63,7 @@ static struct vw_ledger *record(const char *folder, const bool validates[IMAGES]
     struct vw_ledger_run row = test_run("{}");
     remove(path);
     ASSERT_OK(vw_ledger_create(path, &row, images, IMAGES, &ledger));
-    ASSERT_OK(vw_ledger_append(ledger, records, STEPS));
+    ASSERT_OK(vw_ledger_append(ledger, records, STEPS, views));
     *input = (struct vw_value_input){
         .records = records, .record_count = STEPS, .burn_in_epochs = 1, .images = images, .image_count = IMAGES};
     return ledger;

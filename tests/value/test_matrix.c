@@ -40,7 +40,6 @@ static void add_step(struct run *run, uint32_t epoch, uint32_t photo, const stru
     double mse = 0;
     for (uint32_t v = 0; errors && v < run->view_count; v++) {
         run->errors[run->count][v] = errors[v];
-        run->errors[run->count][v].view = run->views[v];
         record->val_psnr += vw_psnr_db(errors[v].mse) / run->view_count;
         record->val_l1 += errors[v].l1 / run->view_count;
         mse += errors[v].mse / run->view_count;
@@ -56,7 +55,7 @@ static struct vw_ledger *record(const char *folder, const struct run *run) {
     struct vw_ledger_run row = test_run("{}");
     remove(path);
     ASSERT_OK(vw_ledger_create(path, &row, run->images, run->image_count, &ledger));
-    ASSERT_OK(vw_ledger_append(ledger, run->records, run->count));
+    ASSERT_OK(vw_ledger_append(ledger, run->records, run->count, run->views));
     return ledger;
 }
 
@@ -357,7 +356,7 @@ FOLDER_TEST(a_large_matrix_needs_as_many_rows) {
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     struct vw_ledger_run row = test_run("{}");
     ASSERT_OK(vw_ledger_create(path, &row, images, count, &ledger));
-    ASSERT_OK(vw_ledger_append(ledger, run->records, run->count));
+    ASSERT_OK(vw_ledger_append(ledger, run->records, run->count, run->views));
     struct vw_value_input input = input_of(run, 1);
     input.images = images;
     input.image_count = count;

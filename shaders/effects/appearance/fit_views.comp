@@ -44,7 +44,7 @@ void look_at(uint ray, out vec4 rendered, out vec4 missing) {
 
 void main() {
     uint view = workgroup_index(), lane = gl_LocalInvocationID.x;
-    vw_ray_range range = views[push.first + min(view, push.count - 1u)];
+    vw_ray_range range = views[min(view, push.count - 1u)];
     vec4 rendered, missing, rendered_sum = vec4(0.0), missing_sum = vec4(0.0);
     for (uint i = lane; i < range.count; i += 64u) {
         look_at(range.first + i, rendered, missing);
@@ -68,5 +68,5 @@ void main() {
     vec3 gain = (products.rgb + pull * rendered_mean.rgb * missing_mean.rgb) /
                 (squares.rgb + pull * rendered_mean.rgb * rendered_mean.rgb + FIT_RIDGE);
     vec3 bias = share * (missing_mean.rgb - gain * rendered_mean.rgb);
-    fits[push.first + view] = vw_appearance(vec4(gain, 0.0), vec4(bias, 0.0));
+    fits[view] = vw_appearance(vec4(gain, 0.0), vec4(bias, 0.0));
 }

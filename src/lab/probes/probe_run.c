@@ -80,12 +80,13 @@ static enum vw_status open_trainer(struct work *work) {
 // Takes the steps up to this one and compares them with the recorded ones.
 static enum vw_status go_to(const struct work *work, uint64_t step) {
     const struct vw_step_record *records = NULL;
-    uint32_t count = 1;
+    uint32_t count = 1, view_count = 0;
+    const uint32_t *views = vw_trainer_validation_views(work->trainer, &view_count);
     enum vw_status status = VW_OK;
     vw_trainer_stop_after(work->trainer, step);
     while (!status && count) {
         status = vw_trainer_advance(work->trainer, &records, &count);
-        if (!status && count) status = vw_ledger_compare(work->run.ledger, records, count);
+        if (!status && count) status = vw_ledger_compare(work->run.ledger, records, count, views);
     }
     return status;
 }

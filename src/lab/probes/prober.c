@@ -48,14 +48,13 @@ static void record(const struct vw_prober *prober, uint64_t step, const struct v
         vw_step_draw_pixels(passes, prober->submission, probe->view, &drawn, first_pixel);
         vw_step_record_passes(passes, prober->submission, step, first_pixel, row);
     }
-    vw_validation_record(parts->validation, prober->submission, 0, row);
+    vw_validation_record(parts->validation, prober->submission, row);
     vw_snapshot_record_restore(&prober->snapshot, prober->submission);
 }
 
 // Reads a result. The first row of a probe that takes a step says whether the step was finite.
 static void read(const struct vw_trainer_parts *parts, const vw_float4 *rows, struct vw_probe *probe) {
-    const struct vw_field_measurement measured =
-        vw_validation_read(parts->validation, 0, VW_RECORD_UNTRAINED, rows + 1, NULL);
+    const struct vw_field_measurement measured = vw_validation_read(parts->validation, rows, NULL);
     bool valid = measured.finite && (probe->kind == VW_PROBE_REPEATED || rows->z == 0.0f);
     probe->val_psnr = valid ? measured.val_psnr : NAN;
     probe->val_psnr_pooled = valid ? measured.val_psnr_pooled : NAN;
@@ -101,7 +100,7 @@ static enum vw_status train_on(const struct vw_prober *prober, uint64_t next_ste
         if (step == next_step) vw_snapshot_record_save(&prober->snapshot, prober->submission);
         for (uint32_t i = 0; i < count; i++) record_step(prober, step + i, probe, i);
         if (step + count > total) {
-            vw_validation_record(prober->parts->validation, prober->submission, 0, row_of(prober, count - 1));
+            vw_validation_record(prober->parts->validation, prober->submission, row_of(prober, count - 1));
             vw_snapshot_record_restore(&prober->snapshot, prober->submission);
         }
         status = run(prober);

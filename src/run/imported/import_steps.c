@@ -131,7 +131,7 @@ static enum vw_status create_ledger(struct import *import) {
 static enum vw_status record(struct import *import) {
     struct vw_scoring scoring = {0};
     char finished_utc[VW_UTC_BYTES];
-    enum vw_status status = vw_ledger_append(import->ledger, import->log.records, import->log.record_count);
+    enum vw_status status = vw_ledger_append(import->ledger, import->log.records, import->log.record_count, NULL);
     if (!status) status = vw_scoring_make(import->ledger, &import->config, &scoring);
     if (!status) status = vw_run_remove_outdated(import->params->out, false);
     if (!status) status = vw_run_scores_write(import->params->out, &scoring, false);

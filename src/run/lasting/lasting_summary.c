@@ -10,9 +10,6 @@ enum vw_status vw_lasting_check_config(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit and scores from gradients cannot go back through splats; value the scene with "
                        "--field hash");
-    if (config && config->judges)
-        return vw_fail(VW_ERROR_USAGE, "lasting credit needs photos that validate in every epoch; value the scene "
-                                       "without --judges");
     return VW_OK;
 }
 

@@ -47,7 +47,8 @@ static bool is_validated(const struct vw_value_input *input) {
 static enum vw_status take_steps(const struct repetition *repetition, struct vw_trainer *trainer, uint64_t wanted,
                                  uint64_t *compared) {
     struct vw_ledger *ledger = repetition->run->ledger;
-    uint32_t count = 0;
+    uint32_t validation_count = 0, count = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(trainer, &validation_count);
     const struct vw_step_record *records = NULL;
     uint64_t end = vw_ledger_next_step(ledger);
     if (wanted < end) end = wanted + 1; // step 0 comes for free
@@ -55,7 +56,7 @@ static enum vw_status take_steps(const struct repetition *repetition, struct vw_
     enum vw_status status = vw_trainer_advance(trainer, &records, &count);
     while (!status && count > 0 && records[0].step < end) {
         if (records[0].step + count > end) count = (uint32_t)(end - records[0].step);
-        status = vw_ledger_compare(ledger, records, count);
+        status = vw_ledger_compare(ledger, records, count, validation_views);
         if (!status) *compared = records[count - 1].step;
         if (!status && vw_interrupt_requested(&repetition->params->interrupt))
             status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64, *compared);

@@ -374,7 +374,7 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
     double undo = 3.0 * backward->context->step->rays / states,
            factors[ADJOINT_OF_VIEWS] = {undo * most / weights, undo * most / values};
     record_restore(backward, submission, backward->blocks.after);
-    vw_validation_record(validation, submission, 0, scalar_row);
+    vw_validation_record(validation, submission, scalar_row);
     for (uint32_t i = 0; i < backward->measure_count; i++) {
         bool of_view = i >= ADJOINT_OF_VIEWS;
         struct vw_push_slopes push = {.count = validation->view_count,

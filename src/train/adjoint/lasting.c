@@ -416,14 +416,14 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
             vw_step_record_loss(context->step, lasting->replay.submission, pixel,
                                 vw_step_replay_row(&lasting->replay, i));
             if (vw_lasting_is_state(lasting, step))
-                vw_validation_record(context->validation, lasting->replay.submission, 0,
+                vw_validation_record(context->validation, lasting->replay.submission,
                                      vw_step_replay_row(&lasting->replay, i));
         }
         status = vw_step_replay_run(&lasting->replay);
         for (uint32_t i = 0; i < count && !status; i++) {
             if (!vw_lasting_is_state(lasting, first + i)) continue;
-            const struct vw_field_measurement measured = vw_validation_read(
-                context->validation, 0, VW_RECORD_UNTRAINED, rows + vw_step_replay_row(&lasting->replay, i) + 1, NULL);
+            const struct vw_field_measurement measured =
+                vw_validation_read(context->validation, rows + vw_step_replay_row(&lasting->replay, i), NULL);
             outcome->psnr += (measured.finite ? measured.val_psnr : NAN) / states;
             outcome->loss -= (measured.finite ? measured.val_l1 : NAN) / states;
         }

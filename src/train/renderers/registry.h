@@ -51,8 +51,8 @@ struct vw_renderer_evaluation {
     void (*destroy)(struct vw_evaluator *evaluator); // likewise
     // Prepares for these pixels, which the evaluator has; may be NULL.
     enum vw_status (*take_pixels)(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
-    // Records the rendering of a section's rays into colours.
-    void (*record)(const struct vw_evaluator *evaluator, uint32_t section, struct vw_submission *submission);
+    // Records the rendering of all rays into colours.
+    void (*record)(const struct vw_evaluator *evaluator, struct vw_submission *submission);
 };
 
 struct vw_renderer_kind {

@@ -21,26 +21,11 @@ struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uin
     return (struct vw_pixel_columns){width - width / 2, width};
 }
 
-static enum vw_status list_fixed(const struct vw_scene *scene, struct vw_validation *validation) {
+enum vw_status vw_validation_list_views(const struct vw_scene *scene, struct vw_validation *validation) {
     enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_VAL, &validation->views, &validation->view_count);
     if (!status && !validation->view_count)
         status = vw_fail(VW_ERROR_INPUT, "%s: no view is left to validate on; check the splits or give --val FILE",
                          scene->path);
-    return !status ? vw_judges_fix(validation->view_count, &validation->judges) : status;
-}
-
-static enum vw_status list_judges(const struct vw_scene *scene, const struct vw_photo_order *photo_order,
-                                  uint32_t per_epoch, struct vw_validation *validation) {
-    enum vw_status status = vw_judges_choose(scene, photo_order->train_views, photo_order->train_count, per_epoch,
-                                             &validation->judges, &validation->views);
-    if (!status) validation->view_count = validation->judges.group_starts[validation->judges.group_count];
-    return status;
-}
-
-enum vw_status vw_validation_list_views(const struct vw_scene *scene, const struct vw_photo_order *photo_order,
-                                        uint32_t judges, struct vw_validation *validation) {
-    enum vw_status status =
-        judges ? list_judges(scene, photo_order, judges, validation) : list_fixed(scene, validation);
     if (!status) validation->weights = vw_allocate(validation->view_count, sizeof *validation->weights);
     if (!status && !validation->weights) status = VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < validation->view_count && !status; i++)
@@ -60,82 +45,48 @@ struct pixel_choice {
     struct vw_ray_range *scored, *fitted; // one allocation, at `scored`; fitted: empty unless views are fitted
 };
 
-// Returns how many pixels a judge keeps out: squares of splats are drawn whole, so it keeps out those that it shows; a
-// volume looks at some of more squares.
-static uint32_t kept_out_pixels(const struct vw_validation_params *params, uint32_t view, uint32_t wanted) {
-    const struct vw_image *image = &params->scene->views[view].image;
-    double most = params->judge_share * image->width_px * image->height_px, square = VW_JUDGE_SQUARE_PX;
-    if (params->field->model->patch_side > 1 && most > wanted) most = wanted;
-    return (uint32_t)fmax(most, square * square);
-}
-
 static enum vw_status allocate_pixels(const struct vw_validation_params *params, struct vw_validation *validation,
                                       bool fits, struct pixel_choice *choice) {
     uint64_t most = 0, patch = params->field->model->patch_side; // a view takes a whole patch at least
-    for (uint32_t group = 0; group < validation->judges.group_count; group++)
-        for (uint32_t i = 0, count = vw_judges_in_group(&validation->judges, group); i < count; i++) {
-            uint32_t view = validation->views[validation->judges.group_starts[group] + i],
-                     rays = rays_of_view(params->ray_count, count, i);
-            most += (fits ? 2 : 1) * rays + 2 * patch * patch;
-            if (validation->judges.kept) most += kept_out_pixels(params, view, rays);
-        }
+    for (uint32_t i = 0; i < validation->view_count; i++)
+        most += (fits ? 2 : 1) * rays_of_view(params->ray_count, validation->view_count, i) + 2 * patch * patch;
     choice->pixels = vw_allocate(most, sizeof *choice->pixels);
     choice->scored = vw_allocate(validation->view_count, 2 * sizeof *choice->scored);
     validation->pixel_counts = vw_allocate(validation->view_count, sizeof *validation->pixel_counts);
-    validation->section_starts =
-        vw_allocate((size_t)validation->judges.group_count + 1, sizeof *validation->section_starts);
-    if (!choice->pixels || !choice->scored || !validation->pixel_counts || !validation->section_starts)
-        return VW_ERROR_MEMORY;
+    if (!choice->pixels || !choice->scored || !validation->pixel_counts) return VW_ERROR_MEMORY;
     choice->fitted = choice->scored + validation->view_count;
     return VW_OK;
 }
 
-// Chooses what a judge keeps out of its training, and which of that is scored: `wanted` pixels, or all if there are no
-// more.
-static enum vw_status choose_judged(const struct vw_validation_params *params, struct vw_judges *judges, uint32_t view,
-                                    struct vw_pixel_columns columns, uint32_t wanted, struct vw_pixel *pixels,
-                                    uint32_t *count) {
-    uint32_t kept = vw_pixels_stratify_squares(params->scene, view, columns, params->seed, params->masks,
-                                               VW_JUDGE_SQUARE_PX, kept_out_pixels(params, view, wanted), pixels);
-    enum vw_status status = vw_judges_keep_out(params->scene, view, pixels, kept, judges);
-    *count = params->field->model->patch_side > 1 || kept < wanted ? kept : wanted;
-    for (uint32_t i = 0; i < *count; i++) pixels[i] = pixels[(uint64_t)i * kept / *count];
-    return status;
-}
-
-// Chooses the fixed pixels of a group's views that are scored, one view after another.
+// Chooses the fixed pixels of every view that are scored, one view after another.
 static enum vw_status choose_scored(const struct vw_validation_params *params, struct vw_validation *validation,
-                                    uint32_t group, bool fits, struct pixel_choice *choice) {
+                                    bool fits, struct pixel_choice *choice) {
     const struct vw_scene *scene = params->scene;
-    uint32_t first = validation->judges.group_starts[group], views = vw_judges_in_group(&validation->judges, group);
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < views && !status; i++) {
-        uint32_t view = validation->views[first + i], wanted = rays_of_view(params->ray_count, views, i), count = 0;
+    for (uint32_t i = 0; i < validation->view_count; i++) {
+        uint32_t view = validation->views[i];
         struct vw_pixel_columns columns =
             fits ? vw_view_fit_right_half(scene, view) : vw_pixels_all_columns(scene, view);
         struct vw_pixel *pixels = choice->pixels + choice->count;
-        if (validation->judges.kept)
-            status = choose_judged(params, &validation->judges, view, columns, wanted, pixels, &count);
-        else
-            count = vw_pixels_stratify_squares(scene, view, columns, params->seed, params->masks,
-                                               params->field->model->patch_side, wanted, pixels);
-        choice->scored[first + i] = (struct vw_ray_range){.first = choice->count, .count = count};
-        uint32_t *counted = &validation->pixel_counts[first + i];
-        for (uint32_t ray = 0; ray < count; ray++) *counted += pixels[ray].weight != 0.0f;
-        if (!status && !*counted)
-            status = vw_fail(VW_ERROR_INPUT,
-                             "%s: this validation view has no usable pixel%s; leave it out of the validation list",
-                             scene->views[view].name, fits ? " in its right half, where appearance is scored" : "");
+        uint32_t wanted = rays_of_view(params->ray_count, validation->view_count, i);
+        uint32_t count = vw_pixels_stratify_squares(scene, view, columns, params->seed, params->masks,
+                                                    params->field->model->patch_side, wanted, pixels);
+        choice->scored[i] = (struct vw_ray_range){.first = choice->count, .count = count};
+        for (uint32_t ray = 0; ray < count; ray++) validation->pixel_counts[i] += pixels[ray].weight != 0.0f;
+        if (!validation->pixel_counts[i])
+            return vw_fail(VW_ERROR_INPUT,
+                           "%s: this validation view has no usable pixel%s; leave it out of the validation list",
+                           scene->views[view].name, fits ? " in its right half, where appearance is scored" : "");
         choice->count += count;
     }
-    return status;
+    validation->ray_count = choice->count;
+    return VW_OK;
 }
 
 // Chooses the fixed pixels to fit each view on, after those that are scored: as many per view as are scored, or, of
 // single pixels, fewer.
 static void choose_fitted(const struct vw_validation_params *params, const struct vw_validation *validation,
-                          uint32_t group, struct pixel_choice *choice) {
-    for (uint32_t i = validation->judges.group_starts[group]; i < validation->judges.group_starts[group + 1]; i++) {
+                          struct pixel_choice *choice) {
+    for (uint32_t i = 0; i < validation->view_count; i++) {
         uint32_t view = validation->views[i], wanted = choice->scored[i].count;
         // Squares show less of a photo than as many single pixels do: of 2, 4 and 9, fits of fox leave 24.8, 25.0 and
         // 27.0 dB, and whole photos have 26.8.
@@ -152,12 +103,8 @@ static enum vw_status choose_pixels(const struct vw_validation_params *params, s
                                     bool fits, struct pixel_choice *choice) {
     enum vw_status status = vw_scene_decode(params->scene, validation->views, validation->view_count);
     if (!status) status = allocate_pixels(params, validation, fits, choice);
-    for (uint32_t group = 0; group < validation->judges.group_count && !status; group++) {
-        status = choose_scored(params, validation, group, fits, choice);
-        if (group == 0) validation->ray_count = choice->count;
-        if (!status && fits) choose_fitted(params, validation, group, choice);
-        validation->section_starts[group + 1] = choice->count;
-    }
+    if (!status) status = choose_scored(params, validation, fits, choice);
+    if (!status && fits) choose_fitted(params, validation, choice);
     return status;
 }
 
@@ -199,12 +146,7 @@ static enum vw_status create_passes(const struct vw_validation_params *params, c
                                     bool fits, struct vw_validation *validation) {
     uint64_t range_bytes = sizeof *choice->scored * validation->view_count;
     const struct vw_buffer_row ranges = {&validation->ranges, "val_ranges", range_bytes};
-    uint32_t room = validation->judges.group_count > 1 ? params->field->model->ray_group : 0; // for the last section
-    enum vw_status status = vw_evaluator_create(params->field, choice->count + room, false, &validation->evaluator);
-    if (validation->judges.group_count > 1) {
-        validation->evaluator.section_starts = validation->section_starts;
-        validation->evaluator.section_count = validation->judges.group_count;
-    }
+    enum vw_status status = vw_evaluator_create(params->field, choice->count, false, &validation->evaluator);
     if (!status) status = vw_evaluator_set_pixels(&validation->evaluator, choice->pixels, choice->count);
     if (!status) status = vw_buffers_create(&validation->objects, VW_BUFFER_DEVICE, &ranges, 1);
     if (!status) status = vw_buffer_write(validation->ranges, 0, choice->scored, range_bytes);
@@ -226,21 +168,16 @@ enum vw_status vw_validation_create(const struct vw_validation_params *params, s
 void vw_validation_destroy(struct vw_validation *validation) {
     vw_gpu_objects_destroy(&validation->objects);
     vw_evaluator_destroy(&validation->evaluator);
-    vw_judges_free(&validation->judges);
     free(validation->views);
     free(validation->pixel_counts);
     free(validation->weights);
-    free(validation->section_starts);
 }
 
-void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission, uint32_t epoch,
+void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission,
                           uint32_t scalar_row) {
     if (!validation->view_count) return;
-    uint32_t group = vw_judges_group_of_epoch(&validation->judges, epoch);
-    const struct vw_push_reduce push = {.count = vw_judges_in_group(&validation->judges, group),
-                                        .scalar_row = scalar_row,
-                                        .first = validation->judges.group_starts[group]};
-    vw_evaluator_record(&validation->evaluator, group, submission);
+    const struct vw_push_reduce push = {.count = validation->view_count, .scalar_row = scalar_row};
+    vw_evaluator_record(&validation->evaluator, submission);
     if (validation->view_fit.pass)
         vw_submission_dispatch(submission, validation->view_fit.pass, &push, sizeof push, 64ull * push.count);
     vw_submission_dispatch(submission, validation->reduce_views, &push, sizeof push, 64ull * push.count);
@@ -249,22 +186,19 @@ void vw_validation_record(const struct vw_validation *validation, struct vw_subm
 // ---- Reading back ---------------------------------------------------------------------------------------------------
 
 uint32_t vw_validation_rows_per_measurement(const struct vw_validation *validation) {
-    return 1 + (validation->judges.group_count > 1 ? 2 : 1) * validation->judges.group_most;
+    return 1 + validation->view_count;
 }
 
-struct vw_field_measurement vw_validation_read(const struct vw_validation *validation, uint32_t epoch, uint32_t own,
-                                               const vw_float4 *sums, struct vw_view_error *views) {
-    uint32_t group = vw_judges_group_of_epoch(&validation->judges, epoch),
-             first = validation->judges.group_starts[group], count = vw_judges_in_group(&validation->judges, group);
+struct vw_field_measurement vw_validation_read(const struct vw_validation *validation, const vw_float4 *rows,
+                                               struct vw_view_error *views) {
+    const vw_float4 *sums = rows + 1;
     struct vw_field_measurement measurement = {0};
     double squared = 0.0, absolute = 0.0, psnr = 0.0, values = 0.0, weights = 0.0;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < validation->view_count; i++) {
         double view_squared = (double)sums[i].x + sums[i].y, view_absolute = (double)sums[i].z + sums[i].w;
-        double view_values = 3.0 * validation->pixel_counts[first + i], weight = validation->weights[first + i];
-        struct vw_view_error error = {
-            .mse = view_squared / view_values, .l1 = view_absolute / view_values, .view = validation->views[first + i]};
+        double view_values = 3.0 * validation->pixel_counts[i], weight = validation->weights[i];
+        struct vw_view_error error = {.mse = view_squared / view_values, .l1 = view_absolute / view_values};
         if (views) views[i] = error;
-        if (error.view == own) continue;
         psnr += weight * vw_psnr_db(error.mse);
         measurement.floored_views += error.mse < VW_MSE_FLOOR;
         squared += weight * view_squared;

@@ -1,17 +1,14 @@
 // Validation: the fixed pixels of the validation views, the passes that render and measure them, and how their error
 // sums are read. A pure function of the params (decision 1).
 //
-// A measurement is a run of vec4 rows in the scalars: first the row of the step before it, then one per view that
-// validates in its epoch (squared error high and low, absolute error high and low), and after an epoch's last step
-// those of the next epoch. Fixed photos validate in all epochs, judges in turn (judges.h).
+// A measurement is a run of vec4 rows in the scalars: first the row of the step before it, then one per validation view
+// (squared error high and low, absolute error high and low).
 #ifndef VIEWWORTH_TRAIN_VALIDATION_VALIDATION_H
 #define VIEWWORTH_TRAIN_VALIDATION_VALIDATION_H
 
 #include "gpu/compute.h"
 #include "train/evaluator.h"
-#include "train/photo_order.h"
 #include "train/pixels.h"
-#include "train/validation/judges.h"
 #include "viewworth/types.h"
 
 // Validation of photos that differ in exposure. Every measurement fits a gain and a bias to each view on rays of the
@@ -29,12 +26,10 @@ struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uin
 enum { VIEW_FIT_RAYS_MAX = 128 }; // single pixels to fit a view on; more do not improve the fit of two numbers
 
 struct vw_validation {           // all zero in a training without validation
-    uint32_t *views, view_count; // owned; scene indices, group by group
-    struct vw_judges judges;
-    uint32_t *pixel_counts;   // owned; pixels with weight, per view
-    double *weights;          // owned; per view, in the means over the views
-    uint32_t ray_count;       // rays that are scored in a measurement; those to fit views on follow them
-    uint32_t *section_starts; // owned; the evaluator's sections are the groups
+    uint32_t *views, view_count; // owned; scene indices
+    uint32_t *pixel_counts;      // owned; pixels with weight, per view
+    double *weights;             // owned; per view, in the means over the views
+    uint32_t ray_count;          // rays that are scored; those to fit views on follow them
     struct vw_evaluator evaluator;
     struct vw_gpu_objects objects; // owned: the buffers and passes that follow
     struct vw_view_fit view_fit;
@@ -42,16 +37,13 @@ struct vw_validation {           // all zero in a training without validation
     struct vw_pass *reduce_views;
 };
 
-// Lists the views of the split val, or the judges, if so many are asked for in an epoch. VW_ERROR_INPUT when there is
-// none.
-enum vw_status vw_validation_list_views(const struct vw_scene *scene, const struct vw_photo_order *photo_order,
-                                        uint32_t judges, struct vw_validation *validation);
+// Lists the views of the split val. VW_ERROR_INPUT when there is none.
+enum vw_status vw_validation_list_views(const struct vw_scene *scene, struct vw_validation *validation);
 
 struct vw_validation_params {
     struct vw_radiance_field *field; // borrowed
     const struct vw_scene *scene;
-    uint32_t ray_count;        // in a measurement, spread over its views
-    double judge_share;        // most of a judge's pixels that it keeps out of its training
+    uint32_t ray_count;        // in total, spread over the views
     uint64_t seed;             // seed of the choice of pixels; 0 in all runs that validate on the same ones
     bool masks;                // mask files are obeyed
     struct vw_buffer *scalars; // takes the measurements
@@ -63,9 +55,8 @@ void vw_validation_destroy(struct vw_validation *validation);
 
 uint32_t vw_validation_rows_per_measurement(const struct vw_validation *validation);
 
-// Records the validation of the field as it is by the views of an epoch, into the rows after scalar_row. Does nothing
-// without validation.
-void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission, uint32_t epoch,
+// Records the validation of the field as it is, into the rows after scalar_row. Does nothing without validation.
+void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission,
                           uint32_t scalar_row);
 
 struct vw_field_measurement {
@@ -73,10 +64,8 @@ struct vw_field_measurement {
     uint32_t floored_views;
     bool finite; // all sums are; else the values mean nothing
 };
-// Reads a measurement by the views of an epoch but `own`, a scene index: the photo of the step, whose squares do not
-// judge it. `sums` are its rows after that of the step. `views` takes the error of each view, `own` included; it may be
-// NULL.
-struct vw_field_measurement vw_validation_read(const struct vw_validation *validation, uint32_t epoch, uint32_t own,
-                                               const vw_float4 *sums, struct vw_view_error *views);
+// Reads a measurement, whose rows are `rows`. `views` takes the error of each view; it may be NULL.
+struct vw_field_measurement vw_validation_read(const struct vw_validation *validation, const vw_float4 *rows,
+                                               struct vw_view_error *views);
 
 #endif

@@ -17,7 +17,7 @@ enum {
 
 // One pixel on its way to a tile.
 struct sorted_pixel {
-    uint32_t section, view, row, column, pixel, ray; // ray: of the tile, then of the drawing
+    uint32_t view, row, column, pixel, ray; // ray: of the tile, then of the drawing
 };
 
 struct vw_shown_pixel {
@@ -25,7 +25,6 @@ struct vw_shown_pixel {
 };
 
 struct vw_drawn_part {
-    uint32_t section; // that its pixels belong to
     struct vw_push_splats splats;
     struct vw_push_shown shown;
 };
@@ -71,34 +70,29 @@ static void destroy_evaluation(struct vw_evaluator *evaluator) {
 
 static int by_tile(const void *one, const void *other) {
     const struct sorted_pixel *a = one, *b = other;
-    const uint32_t x[] = {a->section, a->view, a->row, a->column, a->pixel},
-                   y[] = {b->section, b->view, b->row, b->column, b->pixel};
+    const uint32_t x[] = {a->view, a->row, a->column, a->pixel}, y[] = {b->view, b->row, b->column, b->pixel};
     for (size_t i = 0; i < VW_ARRAY_COUNT(x); i++)
         if (x[i] != y[i]) return x[i] < y[i] ? -1 : 1;
     return 0;
 }
 
-static struct sorted_pixel *sort_pixels(const struct vw_evaluator *evaluator, const struct vw_pixel *pixels,
-                                        uint32_t count, uint32_t side) {
+static struct sorted_pixel *sort_pixels(const struct vw_pixel *pixels, uint32_t count, uint32_t side) {
     struct sorted_pixel *sorted = vw_allocate(count, sizeof *sorted);
-    const uint32_t *starts = evaluator->section_starts;
     if (!sorted) return NULL;
-    for (uint32_t i = 0, section = 0; i < count; i++) {
-        while (starts && i >= starts[section + 1]) section++;
+    for (uint32_t i = 0; i < count; i++) {
         uint32_t x = (uint32_t)pixels[i].x_px, y = (uint32_t)pixels[i].y_px;
-        sorted[i] = (struct sorted_pixel){section, pixels[i].view, y / side, x / side, i, y % side * side + x % side};
+        sorted[i] = (struct sorted_pixel){pixels[i].view, y / side, x / side, i, y % side * side + x % side};
     }
     qsort(sorted, count, sizeof *sorted, by_tile);
     return sorted;
 }
 
-static enum vw_status begin_part(const struct vw_model *model, uint32_t section, struct vw_splat_evaluation *splats) {
+static enum vw_status begin_part(const struct vw_model *model, struct vw_splat_evaluation *splats) {
     enum vw_status status =
         vw_grow((void **)&splats->parts, &splats->part_capacity, splats->part_count + 1, sizeof *splats->parts);
     if (status) return status;
     struct vw_drawn_part *part = &splats->parts[splats->part_count++];
-    *part =
-        (struct vw_drawn_part){.splats = vw_splats_push(model), .section = section, .shown.first = splats->pixel_count};
+    *part = (struct vw_drawn_part){.splats = vw_splats_push(model), .shown.first = splats->pixel_count};
     part->splats.first_view = splats->view_count;
     part->splats.view_count = 0;
     part->splats.first_tile = splats->tile_count;
@@ -111,23 +105,21 @@ static uint32_t cells_of_part(const struct vw_splat_evaluation *splats, const st
     return last->first_cell + last->columns * last->rows;
 }
 
-// Returns whether the last part is of another section, or has no room for a view of so many cells.
-static bool is_full_for(const struct vw_splat_evaluation *splats, uint32_t section, uint32_t cells) {
+// Returns whether the last part has no room for a view of so many cells.
+static bool is_full_for(const struct vw_splat_evaluation *splats, uint32_t cells) {
     const struct vw_drawn_part *last = splats->part_count ? &splats->parts[splats->part_count - 1] : NULL;
-    if (!last || last->section != section || last->splats.tile_count == TILES_MOST) return true;
+    if (!last || last->splats.tile_count == TILES_MOST) return true;
     uint64_t sightings = (uint64_t)last->splats.count * (last->splats.view_count + 1);
     return last->splats.view_count > 0 &&
            (sightings > SIGHTINGS_MOST || cells_of_part(splats, last) + cells > CELLS_MOST);
 }
 
 // Appends a view to the last part, or to another one if that is full.
-static enum vw_status begin_view(const struct vw_radiance_field *field, const struct sorted_pixel *first, uint32_t side,
+static enum vw_status begin_view(const struct vw_radiance_field *field, uint32_t view, uint32_t side,
                                  struct vw_splat_evaluation *splats) {
     bool lens = field->model->specialization.effect_distortion != DISTORTION_NONE;
-    struct vw_splat_view own = vw_splat_view_of(first->view, 0, &vw_field_view(field, first->view)->camera, lens, side);
-    enum vw_status status = is_full_for(splats, first->section, own.columns * own.rows)
-                                ? begin_part(field->model, first->section, splats)
-                                : VW_OK;
+    struct vw_splat_view own = vw_splat_view_of(view, 0, &vw_field_view(field, view)->camera, lens, side);
+    enum vw_status status = is_full_for(splats, own.columns * own.rows) ? begin_part(field->model, splats) : VW_OK;
     if (!status)
         status =
             vw_grow((void **)&splats->views, &splats->view_capacity, splats->view_count + 1, sizeof *splats->views);
@@ -171,11 +163,11 @@ static enum vw_status list_parts(const struct vw_radiance_field *field, const st
     splats->part_count = splats->view_count = splats->tile_count = splats->pixel_count = 0;
     for (uint32_t i = 0; i < count && !status; i++) {
         const struct sorted_pixel *own = &sorted[i], *before = i ? &sorted[i - 1] : NULL;
-        bool other_view = !before || own->section != before->section || own->view != before->view;
+        bool other_view = !before || own->view != before->view;
         bool other_tile = other_view || own->row != before->row || own->column != before->column;
         bool new_view = other_view || (other_tile && is_full(splats));
         if (new_view && before) end_view(splats);
-        if (new_view) status = begin_view(field, own, side, splats);
+        if (new_view) status = begin_view(field, own->view, side, splats);
         if (!status && other_tile) status = begin_tile(own, splats);
         if (status) return status;
         struct vw_drawn_part *part = &splats->parts[splats->part_count - 1];
@@ -265,7 +257,7 @@ static enum vw_status take_pixels(struct vw_evaluator *evaluator, const struct v
     const struct vw_specialization run = vw_effects_specialise_validation(evaluator->field->model);
     struct vw_splat_specialization s;
     struct vw_splat_pass_params params = vw_splats_pass_params(evaluator->field, &run, &s);
-    struct sorted_pixel *sorted = sort_pixels(evaluator, pixels, count, s.side);
+    struct sorted_pixel *sorted = sort_pixels(pixels, count, s.side);
     if (!sorted) return VW_ERROR_MEMORY;
     enum vw_status status = list_parts(evaluator->field, sorted, count, s.side, splats);
     free(sorted);
@@ -277,11 +269,9 @@ static enum vw_status take_pixels(struct vw_evaluator *evaluator, const struct v
     return VW_OK;
 }
 
-static void record_evaluation(const struct vw_evaluator *evaluator, uint32_t section,
-                              struct vw_submission *submission) {
+static void record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
     const struct vw_splat_evaluation *splats = vw_splat_evaluation_of(evaluator);
     for (uint32_t i = 0; i < splats->part_count; i++) {
-        if (splats->parts[i].section != section) continue;
         const struct vw_push_shown *shown = &splats->parts[i].shown;
         vw_splat_drawing_record(&splats->drawing, submission, &splats->parts[i].splats);
         vw_submission_dispatch(submission, splats->show, shown, sizeof *shown, shown->count);

@@ -47,7 +47,7 @@ static uint32_t draw_pixels(const struct vw_step_passes *step, struct vw_submiss
         struct vw_photo_tile drawn = splats->drawn[i];
         tiles[i] = vw_splat_tile_at(&splats->listed[view], view, drawn.left_px / side, drawn.top_px / side);
         photo->squares += drawn.left_px % VW_SPLAT_SQUARE == 0 && drawn.top_px % VW_SPLAT_SQUARE == 0;
-        if (!step->photos) vw_pixels_take_tile(scene, view, draw, drawn, side, step->drawn + i * each);
+        if (!step->photos) vw_pixels_take_tile(scene, view, draw->masks, drawn, side, step->drawn + i * each);
     }
     for (uint32_t i = photo->tiles * each; !step->photos && i < step->rays; i++)
         step->drawn[i] = (struct vw_pixel){.view = view};

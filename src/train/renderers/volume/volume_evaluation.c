@@ -77,13 +77,9 @@ static void record_rays(const struct vw_evaluator *evaluator, struct vw_submissi
     }
 }
 
-static void record_evaluation(const struct vw_evaluator *evaluator, uint32_t section,
-                              struct vw_submission *submission) {
-    const uint32_t *starts = evaluator->section_starts;
-    uint32_t first = starts ? starts[section] : 0, end = starts ? starts[section + 1] : evaluator->ray_count;
-    if (!vw_evaluator_sees_photos(evaluator)) record_rays(evaluator, submission, first, end - first);
+static void record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
+    if (!vw_evaluator_sees_photos(evaluator)) record_rays(evaluator, submission, 0, evaluator->ray_count);
     for (uint32_t i = 0; i < evaluator->view_count; i++) {
-        if (evaluator->views[i].first < first || evaluator->views[i].first >= end) continue;
         vw_effects_record_photo(evaluator->field->model, &evaluator->effects, submission, evaluator->views[i].view);
         record_rays(evaluator, submission, evaluator->views[i].first, evaluator->views[i].count);
     }
