@@ -151,7 +151,7 @@ static double variance_of(const struct vw_matrix *matrix, struct entries *entrie
     return jackknife_variance(&by_view) + jackknife_variance(&by_block);
 }
 
-// Two photos that train always agree, or never do.
+// Predicts with at least three photos that train: two always agree, or never do.
 static void predict_other_views(const struct vw_matrix *matrix, struct entries *entries,
                                 struct vw_ranking_agreement *agreement) {
     agreement->other_views_low = 0;

@@ -1,5 +1,5 @@
-// How far the ranking of a run by dv_psnr can be believed: whether it stood still while the training went on, whether
-// other validation photos would agree with it, and a longer training.
+// Agreement: whether the ranking of a run by dv_psnr can be believed, because it stood still while the training went
+// on, and because other validation photos and a longer training would rank alike.
 #ifndef VIEWWORTH_VALUE_AGREEMENT_H
 #define VIEWWORTH_VALUE_AGREEMENT_H
 

@@ -100,9 +100,9 @@ TEST(two_views_foretell_as_a_test_of_twice_the_length) {
     assert_true(isnan(agreement.other_views) && vw_ranking_agreement_is_low(&agreement));
 }
 
-// Seven views of 30 photos, whose own effects have the variance 1, those of photo and view 7 and those of photo, view
-// and block of epochs 8 times 0.5: two such sums correlate by 1 / (1 + 1.5). Of 400 such runs 90 % of the intervals
-// should contain what that means for ranks; 0.86 is 2.7 standard errors less.
+// Draws seven views of 30 photos. Photos vary by 1, photos by view by 7, and those by block of epochs by 8 times 7 /
+// 16, so that two such sums correlate by 1 / (1 + 1.5). The intervals of 90 % of 400 runs should contain what that
+// means for ranks; 0.86 is 2.7 standard errors less.
 TEST(intervals_contain_what_others_would_say) {
     enum { RUNS = 400, MANY = 30, SEVEN = 7, ENTRIES = MANY * SEVEN };
     static double psnr[ENTRIES], blocks[VW_MATRIX_BLOCKS * ENTRIES];
