@@ -83,13 +83,13 @@ static bool loader_has_opinion(const struct vw_scene *scene) {
     return false;
 }
 
-// Returns which of the views 0 to 7 is the first for tests; STRIDE: none; -1: a list says. Beside a list of validation
-// photos it is the one that it was before views 0, 8, ... became the tests, so that such runs stay as they were.
-static int first_test_view(const struct vw_scene_params *params) {
+// Returns which of the views 0 to 7 is the first for tests; STRIDE: none, or those of a list. Beside a list of
+// validation photos it is the one that it was before views 0, 8, ... became the tests, so that such runs stay as they
+// were.
+static uint32_t first_test_view(const struct vw_scene_params *params) {
     const char *word = params->test_list;
     if (!word) return params->val_list ? STRIDE / 2 : 0;
-    if (strcmp(word, "none") == 0) return STRIDE;
-    return word[0] >= '0' && word[0] < '0' + STRIDE && !word[1] ? word[0] - '0' : -1;
+    return word[0] >= '0' && word[0] < '0' + STRIDE && !word[1] ? (uint32_t)(word[0] - '0') : STRIDE;
 }
 
 // Takes every eighth view for tests, and for validation those in the middle between them, unless too few would be left
@@ -141,17 +141,18 @@ enum vw_status vw_splits_count(const char *path, struct vw_scene *scene) {
 }
 
 static enum vw_status assign_by_lists(const struct vw_scene_params *params, struct vw_scene *scene, uint8_t *claims) {
-    int first_test = first_test_view(params);
+    uint32_t first_test = first_test_view(params);
+    bool none = params->test_list && strcmp(params->test_list, "none") == 0;
     const char *const lists[LIST_COUNT] = {params->train_list, params->val_list,
-                                           first_test < 0 ? params->test_list : NULL};
+                                           none || first_test < STRIDE ? NULL : params->test_list};
     enum vw_status status = VW_OK;
     for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++)
         if (lists[split])
             status = vw_tsv_has_header(NULL, lists[split]) ? read_tsv(scene, lists[split], split, claims)
                                                            : read_list(scene, lists[split], split, claims);
     if (status) return status;
-    if (first_test == STRIDE) train_on_test_views(scene);
-    if (!loader_has_opinion(scene)) split_by_stride(scene, lists, (uint32_t)first_test);
+    if (none) train_on_test_views(scene);
+    if (!loader_has_opinion(scene)) split_by_stride(scene, lists, first_test);
     apply_claims(scene, lists, claims);
     return VW_OK;
 }

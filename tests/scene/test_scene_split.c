@@ -55,6 +55,7 @@ FOLDER_TEST(lists_win) {
                  "txtxvxxT");
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train)),
                  "txtxvxxx"); // the rule fills what has no list
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .test_list = test)), "ttttvttT");
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .val_list = val)), "ttttvttt");
 }
 
