@@ -133,9 +133,7 @@ struct vw_scene_params {
     const char *path;   // folder, transforms*.json or recipe .json
     const char *format; // "recipe", "transforms", "phototourism" or "colmap"; NULL: the first of these that fits
     const char *pool;   // "all": every registered photo, as in the paper; "list": those in a NeRF-W TSV; NULL: "all"
-    // Files with one name per line. NULL: the scene decides; where it has no splits, views 0, 8, ... are for tests (4,
-    // 12, ... beside a val_list) and those in the middle between them validate. test_list may also be "none": they
-    // train; or "0" to "7", the first of the views for tests.
+    // Files with one name per line; NULL: the scene decides. A test_list of "none": its test photos train.
     const char *train_list, *val_list, *test_list;
     const char *splits;      // splits.json of an earlier run, without the lists above; NULL: the scene decides
     const char *val_weights; // CSV file with the header name,weight; NULL: the weights of `splits`, or 1

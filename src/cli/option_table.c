@@ -190,11 +190,8 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_SCENE, OPTION(TEXT, scene.train_list), COMMON},
     {"val", "FILE", "Photos to validate on: a file with one name per line", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
      OPTION(TEXT, scene.val_list), COMMON},
-    {"test", "FILE|none|N",
-     "Photos to keep for tests: a file with one name per line; none: they train; N, 0 to 7: photos N, N + 8, ..., "
-     "and those in the middle between them validate, where the scene has no splits",
-     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.test_list), COMMON,
-     DEFAULT("the scene's, or 0; 4 with --val")},
+    {"test", "FILE|none", "Photos to keep for tests: a file with one name per line; none: they train, too",
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.test_list), COMMON},
     {"splits", "FILE",
      "The splits.json of an earlier run, instead of --train, --val and --test: every photo stays in its split. Photos "
      "that it does not name train; near-duplicates of validation and test photos join those",

@@ -184,9 +184,6 @@ static enum vw_status apply_preset(struct vw_options *options) {
         options->given[row / 64] |= UINT64_C(1) << row % 64;
         status = store(vw_program_option(options->program, row), value, options);
     }
-    // Photos 0, 8, ... validated when the paper's runs were made here.
-    bool split = options->scene.test_list || options->scene.splits;
-    if (options->preset == VW_PRESET_PAPER && !split) options->scene.test_list = "4";
     return status;
 }
 

@@ -146,9 +146,11 @@ static bool differs_from_zero(const struct vw_ledger_score *score) {
 
 static bool helps(const struct vw_ledger_score *score) { return differs_from_zero(score) && score->value > 0; }
 
-static const char *why_unclear(const struct vw_ledger_score *score, bool trusted) {
-    if (!differs_from_zero(score)) return "within noise";
-    return trusted ? "negative credit" : "other views may differ";
+// Says why a photo is neither kept nor dropped: `by_credit` where the advice rests on credit.
+static const char *why_unclear(const struct vw_results *results, const struct vw_ledger_score *score, bool by_credit) {
+    if (!by_credit || !differs_from_zero(score)) return "within noise";
+    if (vw_verdict_judge(&results->reconstruction) == VW_VERDICT_TOO_COARSE) return "too coarse to tell";
+    return vw_ranking_agreement_is_low(&results->agreement) ? "other views may differ" : "negative credit";
 }
 
 static void judge(const struct vw_results *results, bool trusted, struct vw_photo_advice *photo) {
@@ -163,7 +165,7 @@ static void judge(const struct vw_results *results, bool trusted, struct vw_phot
     case VW_ADVICE_LOOK: photo->reason = find_reason(results, photo, "no reason found"); break;
     case VW_ADVICE_DROP: photo->reason = find_reason(results, photo, "adds little"); break;
     case VW_ADVICE_KEEP: photo->reason = lone ? "lone view" : best ? "among the best" : "helps"; break;
-    default: photo->reason = find_reason(results, photo, why_unclear(photo->score, trusted));
+    default: photo->reason = find_reason(results, photo, why_unclear(results, photo->score, !results->advice.basis));
     }
 }
 

@@ -129,10 +129,10 @@ function fillVerdict() {
     told.push('Ranks by a training of ten times the cost would agree with these by about ' +
       fixed(ranking.better_training, 2) + '. ');
   if (known(ranking.other_views))
-    told.push((ranking.low ? 'There are no ranks: those' : 'Ranks') + ' by ' + ranking.views +
+    told.push((ranking.low ? 'There are no ranks by credit: those' : 'Ranks') + ' by ' + ranking.views +
       ' other validation photos would agree with these by ' + fixed(ranking.other_views_low, 2) + ' to ' +
       fixed(ranking.other_views_high, 2) + ' (90 %, about ' + fixed(ranking.other_views, 2) + '). ');
-  else if (ranking.low) told.push('There are no ranks: one validation photo cannot tell whether another would agree. ');
+  else if (ranking.low) told.push('There are no ranks by credit: so few photos cannot tell whether other validation photos would agree. ');
   byId('verdict').replaceChildren(element('b', {}, 'Reconstruction: ' + verdict.verdict + '. '),
     fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ', median of ' +
     plural(seen.views, seen.split === 'test' ? 'test photo' : 'validation photo') + ' at ' + seen.measured_px.join(' × ') +

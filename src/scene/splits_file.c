@@ -14,7 +14,7 @@
 #include "scene/duplicates.h"
 #include "scene/formats/nerfw_tsv.h"
 
-enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8 };
+enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
 
 enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views,
                                    uint32_t *count) {
@@ -83,36 +83,21 @@ static bool loader_has_opinion(const struct vw_scene *scene) {
     return false;
 }
 
-// Returns which of the views 0 to 7 is the first for tests; STRIDE: none, or those of a list. Beside a list of
-// validation photos it is the one that it was before views 0, 8, ... became the tests, so that such runs stay as they
-// were.
-static uint32_t first_test_view(const struct vw_scene_params *params) {
-    const char *word = params->test_list;
-    if (!word) return params->val_list ? STRIDE / 2 : 0;
-    return word[0] >= '0' && word[0] < '0' + STRIDE && !word[1] ? (uint32_t)(word[0] - '0') : STRIDE;
-}
-
-// Takes every eighth view for tests, and for validation those in the middle between them, unless too few would be left
-// to train. Of few views the first one validates, and there are no tests. Excluded views are not counted.
-static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST_COUNT], uint32_t first_test) {
-    uint32_t train = 0, i = 0, first_val = (first_test + STRIDE / 2) % STRIDE;
+// Takes every eighth view for validation and every eighth for tests, unless too few would be left to train. Excluded
+// views are not counted.
+static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST_COUNT]) {
+    uint32_t train = 0, i = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) train += scene->views[v].split == VW_SPLIT_TRAIN;
-    if (train <= first_val && !lists[VW_SPLIT_VAL]) first_val = 0, first_test = STRIDE;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         if (scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
-        enum vw_split split = i % STRIDE == first_val    ? VW_SPLIT_VAL
-                              : i % STRIDE == first_test ? VW_SPLIT_TEST
+        enum vw_split split = i % STRIDE == 0            ? VW_SPLIT_VAL
+                              : i % STRIDE == TEST_PHASE ? VW_SPLIT_TEST
                                                          : VW_SPLIT_TRAIN;
         i++;
         if (split == VW_SPLIT_TRAIN || lists[split] || train <= TRAIN_VIEWS_MIN) continue;
         scene->views[v].split = split;
         train--;
     }
-}
-
-static void train_on_test_views(struct vw_scene *scene) {
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (scene->views[v].split == VW_SPLIT_TEST) scene->views[v].split = VW_SPLIT_TRAIN;
 }
 
 // Replaces a split by its list: views of the split that no list names are excluded.
@@ -140,19 +125,22 @@ enum vw_status vw_splits_count(const char *path, struct vw_scene *scene) {
     return check_counts(path, scene);
 }
 
+static void train_on_test_views(struct vw_scene *scene) {
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_TEST) scene->views[v].split = VW_SPLIT_TRAIN;
+}
+
 static enum vw_status assign_by_lists(const struct vw_scene_params *params, struct vw_scene *scene, uint8_t *claims) {
-    uint32_t first_test = first_test_view(params);
     bool none = params->test_list && strcmp(params->test_list, "none") == 0;
-    const char *const lists[LIST_COUNT] = {params->train_list, params->val_list,
-                                           none || first_test < STRIDE ? NULL : params->test_list};
+    const char *const lists[LIST_COUNT] = {params->train_list, params->val_list, none ? NULL : params->test_list};
     enum vw_status status = VW_OK;
     for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++)
         if (lists[split])
             status = vw_tsv_has_header(NULL, lists[split]) ? read_tsv(scene, lists[split], split, claims)
                                                            : read_list(scene, lists[split], split, claims);
     if (status) return status;
+    if (!loader_has_opinion(scene)) split_by_stride(scene, lists);
     if (none) train_on_test_views(scene);
-    if (!loader_has_opinion(scene)) split_by_stride(scene, lists, first_test);
     apply_claims(scene, lists, claims);
     return VW_OK;
 }

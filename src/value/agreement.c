@@ -144,7 +144,7 @@ static double variance_of(const struct vw_matrix *matrix, struct entries *entrie
     if (entries->view_count < 3) return INFINITY;
     for (uint32_t v = 0; v < entries->view_count; v++) vw_spread_add(&by_view, log_ratio(entries, v));
     for (uint32_t block = 0; block < VW_MATRIX_BLOCKS; block++) {
-        if (!matrix->visits_of_block[block]) continue;
+        if (!matrix->blocks || !matrix->visits_of_block[block]) continue;
         take_entries(matrix, block, entries);
         vw_spread_add(&by_block, log_ratio(entries, entries->view_count));
     }
@@ -160,6 +160,7 @@ static void predict_other_views(const struct vw_matrix *matrix, struct entries *
     take_entries(matrix, VW_MATRIX_BLOCKS, entries);
     double middle = log_ratio(entries, entries->view_count), variance = variance_of(matrix, entries);
     double reach = sqrt(variance) * vw_student_quantile_95(entries->view_count - 1);
+    if (isnan(middle + reach) || isnan(middle - reach)) return; // no photo differs from another
     agreement->other_views = correlation_of(middle);
     agreement->other_views_low = correlation_of(middle + reach);
     agreement->other_views_high = correlation_of(middle - reach);
@@ -168,7 +169,6 @@ static void predict_other_views(const struct vw_matrix *matrix, struct entries *
 static enum vw_status measure_views(const struct vw_matrix *matrix, struct vw_ranking_agreement *agreement) {
     struct entries entries;
     enum vw_status status = create_entries(matrix, &entries);
-    agreement->view_count = entries.view_count;
     if (!status) predict_other_views(matrix, &entries, agreement);
     free_entries(&entries);
     return status;
@@ -204,6 +204,7 @@ enum vw_status vw_ranking_agreement_measure(const struct vw_value_input *input, 
                                                .other_views = NAN,
                                                .other_views_low = NAN,
                                                .other_views_high = NAN};
+    for (uint32_t v = 0; v < matrix->view_count; v++) agreement->view_count += vw_matrix_weight(matrix, v) > 0;
     enum vw_status status = measure_epochs(input, agreement);
     return status || !matrix->visit_count ? status : measure_views(matrix, agreement);
 }

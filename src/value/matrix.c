@@ -59,7 +59,7 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
     size_t entry = (size_t)row * matrix->view_count + column;
     uint32_t block = block_of(summing, step);
     matrix->psnr[entry] += gain_psnr;
-    matrix->blocks[(size_t)block * matrix->photo_count * matrix->view_count + entry] += gain_psnr;
+    if (matrix->blocks) matrix->blocks[(size_t)block * matrix->photo_count * matrix->view_count + entry] += gain_psnr;
     matrix->l1[entry] += gain_l1;
     bool first = !summing->counted || summing->step != step;
     matrix->visit_count += first;
@@ -92,12 +92,13 @@ static enum vw_status allocate(struct summing *summing) {
     if (!matrix->photos || !matrix->views || !matrix->weights || !summing->places) return VW_ERROR_MEMORY;
     number_images(summing);
     matrix->psnr = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->psnr);
-    matrix->blocks =
-        vw_allocate((size_t)matrix->photo_count * matrix->view_count, VW_MATRIX_BLOCKS * sizeof *matrix->psnr);
+    bool each_visited = matrix->photo_count <= summing->input->record_count; // else a ledger from elsewhere
+    size_t block_bytes = VW_MATRIX_BLOCKS * sizeof *matrix->blocks;
+    if (each_visited) matrix->blocks = vw_allocate((size_t)matrix->photo_count * matrix->view_count, block_bytes);
     matrix->l1 = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->l1);
     matrix->end_psnr = summing->last_psnr = vw_allocate(matrix->view_count, sizeof *summing->last_psnr);
     summing->last_l1 = vw_allocate(matrix->view_count, sizeof *summing->last_l1);
-    if (!matrix->psnr || !matrix->blocks || !matrix->l1 || !summing->last_psnr || !summing->last_l1)
+    if (!matrix->psnr || (each_visited && !matrix->blocks) || !matrix->l1 || !summing->last_psnr || !summing->last_l1)
         return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < matrix->view_count; v++) summing->last_psnr[v] = summing->last_l1[v] = NAN;
     return VW_OK;

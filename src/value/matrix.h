@@ -28,7 +28,7 @@ struct vw_matrix {
     double *end_psnr;     // dB: PSNR of each view after the last validated step
     uint32_t visit_count; // steps that count, over all photos
     double *weights;      // the views' weights in the means of rows; NULL: all 1
-    double *blocks;       // dB: psnr of one block of epochs after another
+    double *blocks;       // dB: psnr of one block of epochs after another; NULL: fewer records than photos
     uint32_t visits_of_block[VW_MATRIX_BLOCKS];
 };
 

@@ -42,7 +42,7 @@ check "and the one that failed" grep -q '^warning: failed: none/seed-5, exit cod
 check "prints a table" grep -qE '^a/seed-0 +done +[0-9.]+ +6 +12 +[0-9.]+ +[0-9.]+$' "$folder/stdout"
 check "the state of every job is in summary.csv" test "$(states many)" = done,done,done,done,failed
 check "each has an ordinary folder" run "$program" verify "$folder/many/b/seed-1"
-check "and a log" grep -q '^highest credit' "$folder/many/a/seed-1.log"
+check "and a log" grep -q '^no ranks by credit' "$folder/many/a/seed-1.log"
 check "summary.csv has a row per job" test "$(sed 1d "$folder/many/summary.csv" | cut -d, -f1,2,5 | tr '\n' ' ')" = \
     "a/seed-0,done,12 a/seed-1,done,12 b/seed-0,done,24 b/seed-1,done,24 none/seed-5,failed, "
 check "scores.csv begins with what they are of" grep -qE "^b/seed-1,,.*/b\.json,1,view_00[0-9],,dv_psnr," "$folder/many/scores.csv"

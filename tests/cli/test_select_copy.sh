@@ -8,7 +8,7 @@ tiny=(--epochs 3 --rays 32 --samples 8 --importance-samples 0 --lr 0.003 --learn
 refuses() { fails 2 "$1" "$program" select "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...
 copies() { run "$program" select "$1" --rule drop:1 --copy "${@:2}" --quiet; }
 
-names=(0.png '=1+1.png' "2'; DROP.png" '$(touch x).png' 4.png 'süß 写真.png' '<b>&amp;.png' '%s%n.png' 'sub/7.png' -9.png 10.png 11.png)
+names=(0.png '=1+1.png' "2'; DROP.png" '$(touch x).png' 4.png 'süß 写真.png' '<b>&amp;.png' 'sub/7.png' '%s%n.png' -9.png 10.png 11.png)
 frames() { # frames PREFIX KEYS: of transforms.json; every second photo has a mask, and every third frame these keys
     local i mask keys
     for i in "${!names[@]}"; do

@@ -42,7 +42,7 @@ FOLDER_TEST(pool_list_excludes_unlisted_photos) {
 FOLDER_TEST(a_tsv_without_test_rows_is_split_by_index) {
     colmap_write_dense(*state, names, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
-    check_splits(scene, "Ttttvttt");
+    check_splits(scene, "vtttTttt");
     check_note(scene, "no test row");
     check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list")),
                  "vxtxxtxt"); // every eighth of those listed

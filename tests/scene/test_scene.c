@@ -192,8 +192,8 @@ TEST(fox_is_read) {
     if (!path) skip();
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
     assert_int_equal(scene->view_count, 50);
-    assert_int_equal(scene->split_count[VW_SPLIT_VAL], 6);
-    assert_int_equal(scene->split_count[VW_SPLIT_TEST], 7);
+    assert_int_equal(scene->split_count[VW_SPLIT_VAL], 7);
+    assert_int_equal(scene->split_count[VW_SPLIT_TEST], 6);
     assert_string_equal(scene->views[0].name, "images/0001.jpg");
     assert_int_equal(scene->views[49].image.height_px, 480);
     assert_near(scene->box.half_extent_world, 2 / 0.33, 1e-12);

@@ -11,7 +11,7 @@
 #include "support/tiny_scene.h"
 
 #define VAL_00 "{\"train\": [\"images/01.png\"], \"val\": [\"images/00.png\"], \"test\": [], "
-#define WITH_WEIGHTS(file) SCENE_PARAMS(.path = *state, .test_list = "4", .val_weights = (file))
+#define WITH_WEIGHTS(file) SCENE_PARAMS(.path = *state, .val_weights = (file))
 #define WITH_SPLITS(file) SCENE_PARAMS(.path = *state, .splits = (file))
 
 // Writes the splits of an open scene to splits.json; returns its path.
@@ -28,9 +28,9 @@ static void check_same_hash(const struct vw_scene *a, const struct vw_scene *b) 
 FOLDER_TEST(splits_are_kept) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 14});
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
-    check_splits(scene, "TtttvtttTtttvt");
+    check_splits(scene, "vtttTtttvtttTt");
     struct vw_scene *again = tiny_scene_open(WITH_SPLITS(keep_splits(*state, scene)));
-    check_splits(again, "TtttvtttTtttvt");
+    check_splits(again, "vtttTtttvtttTt");
     check_same_hash(scene, again);
     assert_int_equal(again->note_count, 0);
 }
@@ -39,8 +39,8 @@ FOLDER_TEST(excluded_photos_stay_excluded) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 10});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train));
-    check_splits(scene, "TttxvxxxTx");
-    check_splits(tiny_scene_open(WITH_SPLITS(keep_splits(*state, scene))), "TttxvxxxTx");
+    check_splits(scene, "vttxTxxxvx");
+    check_splits(tiny_scene_open(WITH_SPLITS(keep_splits(*state, scene))), "vttxTxxxvx");
 }
 
 FOLDER_TEST(other_photos_do_not_move) {
@@ -48,11 +48,11 @@ FOLDER_TEST(other_photos_do_not_move) {
     const char *splits = keep_splits(*state, tiny_scene_open(SCENE_PARAMS(.path = *state)));
     tiny_scene_write(*state, &(struct tiny_scene){.first = 3, .count = 11});
     struct vw_scene *fewer = tiny_scene_open(WITH_SPLITS(splits));
-    check_splits(fewer, "tvtttTtttvt"); // the rule would say TtttvtttTtt
+    check_splits(fewer, "tTtttvtttTt"); // the rule would say vtttTtttvtt
     check_note(fewer, "skipped 3 photos that ");
     tiny_scene_write(*state, &(struct tiny_scene){.count = 16});
     struct vw_scene *more = tiny_scene_open(WITH_SPLITS(splits));
-    check_splits(more, "TtttvtttTtttvttt");
+    check_splits(more, "vtttTtttvtttTttt");
     check_note(more, "2 photos that ");
 }
 
@@ -62,7 +62,7 @@ FOLDER_TEST(added_near_duplicates_join) {
     const char *splits = keep_splits(*state, tiny_scene_open(SCENE_PARAMS(.path = *state)));
     tiny_scene_write(*state, &(struct tiny_scene){.count = 22});
     struct vw_scene *scene = tiny_scene_open(WITH_SPLITS(splits));
-    check_splits(scene, "TtttvtttTtttvtttTtttvt"); // 16 is a copy of 0, and 20 of 4
+    check_splits(scene, "vtttTtttvtttTtttvtttTt"); // 16 is a copy of 0, and 20 of 4
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 3);
     check_note(scene, "6 photos that ");
     check_same_hash(scene, tiny_scene_open(WITH_SPLITS(splits)));
@@ -122,7 +122,7 @@ FOLDER_TEST(splits_exclude_lists) {
 
 FOLDER_TEST(weights_are_read_and_kept_with_the_splits) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 17});
-    struct vw_scene *plain = tiny_scene_open(SCENE_PARAMS(.path = *state, .test_list = "4"));
+    struct vw_scene *plain = tiny_scene_open(SCENE_PARAMS(.path = *state));
     const char *file = temporary_file(*state, "weights.csv", "name,weight\n08.png,2.5\nimages/16.png,0\n");
     struct vw_scene *scene = tiny_scene_open(WITH_WEIGHTS(file));
     for (uint32_t v = 0; v < scene->view_count; v++)
@@ -139,7 +139,7 @@ FOLDER_TEST(weights_are_read_and_kept_with_the_splits) {
 
 FOLDER_TEST(equal_weights_change_nothing) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 14});
-    struct vw_scene *plain = tiny_scene_open(SCENE_PARAMS(.path = *state, .test_list = "4"));
+    struct vw_scene *plain = tiny_scene_open(SCENE_PARAMS(.path = *state));
     struct vw_scene *scene =
         tiny_scene_open(WITH_WEIGHTS(temporary_file(*state, "weights.csv", "name,weight\n00.png,0.3\n08.png,0.3\n")));
     check_same_hash(plain, scene);

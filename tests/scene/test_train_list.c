@@ -5,7 +5,7 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-enum { PHOTOS = 10 }; // images/00.png to images/09.png, split TtttvtttTt
+enum { PHOTOS = 10 }; // images/00.png to images/09.png, split vtttTtttvt
 
 static struct vw_scene *open_scene(const char *folder) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = PHOTOS});
@@ -44,8 +44,8 @@ FOLDER_TEST(plain_names) {
     check_list(*state, "list.txt", "images/03.png\n03.png\n", NULL, "3", 0); // twice is once
     check_refusal(*state, "list.txt", "images/03.png\nimages/11.png\n", NULL, "list.txt:2",
                   "images/11.png is not in the scene");
-    check_refusal(*state, "list.txt", "03.png\n04.png\n", NULL, "list.txt:2", "its split is val");
-    check_refusal(*state, "list.txt", "00.png\n", NULL, "list.txt:1", "its split is test");
+    check_refusal(*state, "list.txt", "03.png\n04.png\n", NULL, "list.txt:2", "its split is test");
+    check_refusal(*state, "list.txt", "00.png\n", NULL, "list.txt:1", "its split is val");
     check_refusal(*state, "list.txt", " \n\n", NULL, "list.txt", "names no train photo");
 }
 

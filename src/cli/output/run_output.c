@@ -63,14 +63,15 @@ static json_t *profile_to_json(const struct vw_run_results *results) {
 
 // Says how far ranks can be believed, and why there are none.
 static void print_agreement(const struct vw_ranking_agreement *agreement) {
-    bool low = vw_ranking_agreement_is_low(agreement), single = agreement->view_count == 1;
+    bool low = vw_ranking_agreement_is_low(agreement);
     if (isfinite(agreement->better_training) && !low)
         vw_print("ranks    by a training of ten times the cost would agree with these by about %.2f (Spearman)\n",
                  agreement->better_training);
-    if (low && single) vw_print("no ranks: one validation photo cannot tell whether another would agree\n");
+    if (low && isnan(agreement->other_views))
+        vw_print("no ranks by credit: so few photos cannot tell whether other validation photos would agree\n");
     if (isnan(agreement->other_views)) return;
     vw_print("%s by %u other validation photos would agree with these by %.2f to %.2f (90 %%, about %.2f)%s\n",
-             low ? "no ranks: those" : "ranks   ", agreement->view_count, agreement->other_views_low,
+             low ? "no ranks by credit: those" : "ranks   ", agreement->view_count, agreement->other_views_low,
              agreement->other_views_high, agreement->other_views, low ? "; more of them tell more" : "");
 }
 
