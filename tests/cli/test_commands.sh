@@ -125,7 +125,8 @@ check "a level that does not fit has no price" answers "j ->> '\$.prices.referen
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
-check "two validation photos tell no ranks" prints '^no ranks by credit: those by 2 other validation photos ' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
+check "value prints that two validation photos tell no ranks" prints '^no ranks by credit: those by 2 other ' "$program" value "$scene" \
+    --out "$folder/first" "${tiny[@]}"
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
 check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74
