@@ -87,8 +87,8 @@ const struct vw_option vw_option_table[] = {
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
     {"to", "PATH", "File to write, or folder of frames; its extension says what, as explained above",
-     VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT, VW_SECTION_MAIN, OPTION(TEXT, to),
-     COMMON},
+     VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT | VW_OPTIONS_CHECK, VW_SECTION_MAIN,
+     OPTION(TEXT, to), COMMON},
     {"copy", "DIR",
      "Folder to make with the photos that select keeps and those that validate and test, their masks and maps of "
      "features, a COLMAP model and transforms.json, for other trainers; beside or instead of --to",

@@ -97,6 +97,7 @@ enum {
     VW_OPTIONS_VERIFY = 128,
     VW_OPTIONS_EXPORT = 256,
     VW_OPTIONS_ALWAYS = 512,
+    VW_OPTIONS_CHECK = 1024,
     VW_OPTIONS_IMPORT = 2048,     // --out, which is required, and the training options that scores depend on
     VW_OPTIONS_ONE_RUN = 8192,    // commands that make a single run
     VW_OPTIONS_ONE_VALUE = 16384, // commands that value a single run

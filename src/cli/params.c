@@ -139,6 +139,20 @@ enum vw_status vw_params_settle(const struct vw_options *options, const char *de
     return vw_config_check(config);
 }
 
+enum vw_status vw_params_open_scene(const struct vw_scene_params *params,
+                                    uint32_t (*choose_downscale)(const struct vw_scene *headers), const char *device,
+                                    struct vw_gpu **gpu, struct vw_scene **scene) {
+    struct vw_scene_params opened = *params;
+    opened.headers_only = true;
+    enum vw_status status = vw_scene_open(&opened, scene);
+    if (!status && !opened.downscale) opened.downscale = choose_downscale(*scene);
+    if (!status && strcmp((*scene)->format, "recipe") == 0) status = vw_open_gpu(device, false, gpu);
+    vw_scene_close(scene);
+    opened.headers_only = false;
+    opened.gpu = *gpu;
+    return status ? status : vw_scene_open(&opened, scene);
+}
+
 enum vw_status vw_params_of_experiment(const struct vw_options *options, struct vw_experiment_request *request) {
     enum vw_status status = vw_device_list_read(options, &request->devices);
     request->progress.quiet = options->quiet;

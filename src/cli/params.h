@@ -36,6 +36,12 @@ struct vw_device_choice vw_device_list_choose(const struct vw_options *options, 
 enum vw_status vw_params_settle(const struct vw_options *options, const char *device, struct vw_scene_params *scene,
                                 struct vw_config *config);
 
+// Opens a scene with its pixels, and first a device for a recipe, which `*gpu` owns; NULL otherwise. Without a
+// downscale it is chosen by the headers.
+enum vw_status vw_params_open_scene(const struct vw_scene_params *params,
+                                    uint32_t (*choose_downscale)(const struct vw_scene *headers), const char *device,
+                                    struct vw_gpu **gpu, struct vw_scene **scene);
+
 // The request of an experiment, and what it borrows; all zero before.
 struct vw_experiment_request {
     struct vw_device_list devices;

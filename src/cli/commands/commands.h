@@ -8,6 +8,7 @@
 
 enum vw_status vw_command_devices(const struct vw_options *options);
 enum vw_status vw_command_info(const struct vw_options *options);
+enum vw_status vw_command_check(const struct vw_options *options);
 enum vw_status vw_command_value(const struct vw_options *options);
 enum vw_status vw_command_batch(const struct vw_options *options);
 enum vw_status vw_command_merge(const struct vw_options *options);

@@ -19,27 +19,14 @@ static enum vw_status open_device(const struct vw_options *options, struct vw_gp
     return VW_OK;
 }
 
-// Opens the scene with its pixels: they contain the evidence for effects, and a device makes those of a recipe.
-static enum vw_status open_scene(const struct vw_options *options, struct vw_config *config, struct vw_gpu **gpu,
-                                 struct vw_scene **scene) {
-    struct vw_scene_params params;
-    enum vw_status status = vw_params_settle(options, options->device, &params, config);
-    params.headers_only = true;
-    if (!status) status = vw_scene_open(&params, scene);
-    bool recipe = !status && strcmp((*scene)->format, "recipe") == 0;
-    vw_scene_close(scene);
-    if (recipe) status = vw_open_gpu(options->device, false, gpu);
-    params.headers_only = false;
-    params.gpu = *gpu;
-    return status ? status : vw_scene_open(&params, scene);
-}
-
 enum vw_status vw_command_info(const struct vw_options *options) {
     struct vw_config config;
     struct vw_gpu *gpu = NULL;
     struct vw_scene *scene = NULL;
     struct vw_scene_info info = {0};
-    enum vw_status status = open_scene(options, &config, &gpu, &scene);
+    struct vw_scene_params params;
+    enum vw_status status = vw_params_settle(options, options->device, &params, &config);
+    if (!status) status = vw_params_open_scene(&params, NULL, options->device, &gpu, &scene); // pixels are evidence
     if (!status && scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
     if (!status) status = open_device(options, &gpu, &info.estimate);
     if (!status) status = vw_effects_decide_cached(gpu, scene, &config, info.effects, &info.effect_count);

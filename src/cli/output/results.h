@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "batch/batch.h"
+#include "check/table.h"
 #include "experiment/comparison.h"
 #include "experiment/experiment.h"
 #include "experiment/sweep/sweep.h"
@@ -26,6 +27,17 @@ struct vw_scene_info {
     struct vw_level_prices prices[VW_PRICED_LEVELS]; // with an estimate only
 };
 enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);
+
+struct vw_checked {
+    const struct vw_scene *scene;
+    const struct vw_check *check;
+    const struct vw_check_row *rows; // of all photos
+    uint32_t row_count;
+    const char *table; // the file that has them; NULL: none
+    double seconds;
+};
+// Prints the photos that have a defect; in JSON all, with their evidence.
+enum vw_status vw_check_print(const struct vw_checked *checked, bool json);
 
 // Prints a finished run, with its scores unless it trained only.
 enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool json);

@@ -1,0 +1,31 @@
+// How bright, sharp and noisy a photo is beside others that show the same points. Internal to src/check.
+#ifndef VIEWWORTH_CHECK_BESIDE_H
+#define VIEWWORTH_CHECK_BESIDE_H
+
+#include "check/expected.h"
+
+enum { VW_SHARPNESS_DIRECTIONS = 8, VW_SHARPNESS_LEVELS = 3 };
+
+// What is measured in a window around a point. Logarithms; all but the first without regard to contrast.
+enum { VW_BESIDE_STOPS, VW_BESIDE_NOISE, VW_BESIDE_SHARPNESS };
+enum { VW_BESIDE_COUNT = VW_BESIDE_SHARPNESS + VW_SHARPNESS_LEVELS * VW_SHARPNESS_DIRECTIONS };
+
+// A photo's measure at a point, less that of another photo.
+struct vw_beside {
+    uint32_t other; // scene index
+    float differences[VW_BESIDE_COUNT];
+};
+
+// Measures a photo at the points that it should show; room for 2 VW_EXPECTED_MOST. Returns the number made.
+uint32_t vw_beside_measure(const struct vw_check_photos *photos, uint32_t view, const struct vw_expected *expected,
+                           struct vw_beside *made);
+// What a photo has more than others, by its comparisons: their median and quarters. These are NaN where there are few.
+struct vw_beside_level {
+    double median, low, high;
+};
+// Solves for the levels of all photos, zeroed before: medians of the differences from others, given their medians (as
+// in a median polish: Tukey, "Exploratory data analysis", 1977). VW_ERROR_MEMORY.
+enum vw_status vw_beside_solve(struct vw_beside *const *made, const uint32_t *counts, uint32_t view_count,
+                               struct vw_beside_level (*levels)[VW_BESIDE_COUNT]);
+
+#endif

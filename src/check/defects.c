@@ -1,0 +1,158 @@
+#include "check/defects.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+
+// Chosen on fox and chair_synthetic damaged by scripts/lab/damage_photos with seeds 1 to 4, and on twelve drawn recipes
+// (seed 7001), between untouched and damaged photos. How often they are right elsewhere: lab/results/defects.md.
+static const double EMPTY_CONTRAST = 0.02; // untouched photos had 0.06 and more
+static const double IN_PLACE_LEAST = 0.33; // untouched photos had 0.36 and more, those with wrong poses 0.2 and less
+static const double HIDDEN = 0.05;         // 99 of 100 untouched photos had 0.054 and less
+static const double HIDDEN_WIDELY = 0.15;  // so much makes a photo show little of what its pose sees
+static const double SHARP = 0.68; // upper quarter: untouched photos had 0.75 and more, blur of 1 px 0.66 and less
+static const double EVEN = 0.72;  // of blurred photos; motion of 5 px and more had 0.65 and less
+static const double STOPS = 0.42; // 98 of 100 untouched photos had less
+static const double STOPS_SPREADS = 2.3; // of the photo's own points: surfaces that shine differ by direction
+static const double NOISY = 2.4;         // lower quarter: untouched photos had 2.1 and less
+static const double NOISIER = 5;         // though something with a pattern hides a quarter of the photo
+static const double HIDDEN_QUARTER = 0.25;
+static const double TRACK_PX = 3;  // median of a photo
+static const double BEHIND = 0.05; // share of tracked points
+// In addition, so that nothing stands out among photos of many kinds: robust spreads from the median, and a share.
+static const double SPREADS = 3, MEDIAN_SHARE = 0.5, TIMES_MEDIAN = 4;
+enum { POINTS_LEAST = 24, TRACKS_LEAST = 8 };
+
+// What is usual among the photos of a scene.
+struct usual {
+    double median, spread;
+};
+
+struct finding {
+    struct vw_check *check;
+    size_t capacity;
+    struct usual in_place, sharpness, stops, noise, track_px; // sharpness and noise: of logarithms
+};
+
+static enum vw_status add(struct finding *finding, struct vw_defect defect) {
+    struct vw_check *check = finding->check;
+    enum vw_status status =
+        vw_grow((void **)&check->defects, &finding->capacity, (size_t)check->defect_count + 1, sizeof *check->defects);
+    if (!status) check->defects[check->defect_count++] = defect;
+    return status;
+}
+
+static double log_sharpness(const struct vw_photo_evidence *evidence) { return log(evidence->sharpness_high); }
+static double log_noise(const struct vw_photo_evidence *evidence) { return log(evidence->noise); }
+static double in_place_of(const struct vw_photo_evidence *evidence) { return evidence->in_place; }
+static double stops_of(const struct vw_photo_evidence *evidence) { return evidence->stops; }
+static double track_px_of(const struct vw_photo_evidence *evidence) { return evidence->track_px; }
+
+static struct usual find_usual(const struct vw_check *check, double (*of)(const struct vw_photo_evidence *),
+                               double *values) {
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < check->view_count; v++)
+        if (isfinite(of(&check->evidence[v]))) values[count++] = of(&check->evidence[v]);
+    double median = vw_median(values, count);
+    return (struct usual){median, vw_robust_spread(values, count)};
+}
+
+// Says why a photo shows little of what its pose sees. `compared`: it shows enough to be compared.
+static enum vw_status find_place(struct finding *finding, uint32_t view, bool *compared) {
+    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
+    double least = fmin(IN_PLACE_LEAST, MEDIAN_SHARE * finding->in_place.median);
+    struct vw_defect defect = {
+        .view = view, .kind = VW_DEFECT_MISMATCH, .amount = evidence->in_place, .other = VW_DEFECT_NO_OTHER};
+    *compared = true;
+    if (!(evidence->in_place < least)) return VW_OK;
+    if (evidence->turned_over_deg > 0) defect.kind = VW_DEFECT_ORIENTATION, defect.amount = evidence->turned_over_deg;
+    else if (evidence->shows != UINT32_MAX)
+        defect.kind = VW_DEFECT_SWAPPED, defect.amount = evidence->shows_in_place, defect.other = evidence->shows;
+    else if (isfinite(evidence->turned_deg))
+        defect.kind = VW_DEFECT_POSE, defect.amount = evidence->turned_deg, defect.detail = evidence->moved_px;
+    else if (evidence->in_place > least / 2 || evidence->expected_count < POINTS_LEAST) return VW_OK;
+    else if (evidence->hidden > HIDDEN_WIDELY) defect.kind = VW_DEFECT_OCCLUDER, defect.amount = evidence->hidden;
+    *compared = defect.kind == VW_DEFECT_SWAPPED || defect.kind == VW_DEFECT_POSE;
+    return add(finding, defect);
+}
+
+static bool is_noisy(const struct finding *finding, const struct vw_photo_evidence *evidence) {
+    double least = evidence->hidden > HIDDEN_QUARTER ? NOISIER : NOISY, spread = finding->noise.spread;
+    return log(evidence->noise) > fmax(log(least), finding->noise.median + SPREADS * spread);
+}
+
+static bool is_blurred(const struct finding *finding, const struct vw_photo_evidence *evidence) {
+    double least = finding->sharpness.median - SPREADS * finding->sharpness.spread;
+    return log(evidence->sharpness_high) < fmin(log(SHARP), least);
+}
+
+static bool is_exposed(const struct finding *finding, const struct vw_photo_evidence *evidence) {
+    double least = fmax(SPREADS * finding->stops.spread, STOPS_SPREADS * evidence->stops_spread);
+    return fabs(evidence->stops - finding->stops.median) > fmax(STOPS, least);
+}
+
+static enum vw_status find_by_pixels(struct finding *finding, uint32_t view) {
+    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
+    bool even = evidence->evenness > EVEN, noisy = is_noisy(finding, evidence); // noise hides points as well
+    const struct vw_defect defects[] = {
+        {.kind = VW_DEFECT_OCCLUDER, .amount = evidence->hidden},
+        {.kind = even ? VW_DEFECT_BLUR : VW_DEFECT_MOTION_BLUR,
+         .amount = evidence->sharpness,
+         .detail = even ? 0 : evidence->motion_deg},
+        {.kind = VW_DEFECT_EXPOSURE, .amount = evidence->stops - finding->stops.median},
+        {.kind = VW_DEFECT_NOISE, .amount = evidence->noise},
+    };
+    const bool found[] = {!noisy && evidence->hidden > HIDDEN, is_blurred(finding, evidence),
+                          is_exposed(finding, evidence), noisy};
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(defects) && !status; i++) {
+        struct vw_defect defect = defects[i];
+        defect.view = view, defect.other = VW_DEFECT_NO_OTHER;
+        if (found[i]) status = add(finding, defect);
+    }
+    return status;
+}
+
+static enum vw_status find_tracks(struct finding *finding, uint32_t view) {
+    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
+    bool behind = evidence->behind > BEHIND;
+    bool away = evidence->track_px > fmax(TRACK_PX, TIMES_MEDIAN * finding->track_px.median);
+    if (evidence->tracks < TRACKS_LEAST || !(behind || away)) return VW_OK;
+    return add(finding, (struct vw_defect){.view = view,
+                                           .kind = VW_DEFECT_TRACKS,
+                                           .amount = evidence->track_px,
+                                           .detail = behind ? evidence->behind : 0,
+                                           .other = VW_DEFECT_NO_OTHER});
+}
+
+static enum vw_status find_of_photo(struct finding *finding, uint32_t view) {
+    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
+    struct vw_defect defect = {
+        .view = view, .kind = VW_DEFECT_EMPTY, .amount = evidence->contrast, .other = VW_DEFECT_NO_OTHER};
+    if (evidence->contrast < EMPTY_CONTRAST) return add(finding, defect);
+    bool compared;
+    enum vw_status status = find_place(finding, view, &compared);
+    if (!status && evidence->copy_of != UINT32_MAX) {
+        defect.kind = VW_DEFECT_COPY, defect.amount = evidence->similarity, defect.other = evidence->copy_of;
+        status = add(finding, defect);
+    }
+    if (!status && compared) status = find_by_pixels(finding, view);
+    return status ? status : find_tracks(finding, view);
+}
+
+enum vw_status vw_check_find_defects(struct vw_check *check) {
+    double *values = vw_allocate(check->view_count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    struct finding finding = {.check = check,
+                              .in_place = find_usual(check, in_place_of, values),
+                              .sharpness = find_usual(check, log_sharpness, values),
+                              .stops = find_usual(check, stops_of, values),
+                              .noise = find_usual(check, log_noise, values),
+                              .track_px = find_usual(check, track_px_of, values)};
+    free(values);
+    enum vw_status status = VW_OK;
+    for (uint32_t v = 0; v < check->view_count && !status; v++) status = find_of_photo(&finding, v);
+    return status;
+}
