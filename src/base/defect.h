@@ -27,7 +27,8 @@ extern const char *const vw_defect_words[VW_DEFECT_COUNT];
 // Returns the static word that equals `word`; NULL for other words and NULL.
 const char *vw_defect_find_word(const char *word);
 
-enum { VW_DEFECT_NO_OTHER = UINT32_MAX };
+enum { VW_DEFECT_TEXT_BYTES = 320 };
+#define VW_DEFECT_NO_OTHER UINT32_MAX
 
 struct vw_defect {
     uint32_t view; // index in vw_scene.views
@@ -36,9 +37,16 @@ struct vw_defect {
     uint32_t other;        // the photo that it shows or repeats, likewise; VW_DEFECT_NO_OTHER: none
 };
 
+// What was found out about a photo. Numbers as in check/check.h; NaN: unknown.
+struct vw_photo_finding {
+    const char *word;                       // static, of the first defect; NULL: none was found
+    char description[VW_DEFECT_TEXT_BYTES]; // of that
+    double in_place, hidden, turned_deg, stops, sharpness, noise;
+};
+extern const struct vw_photo_finding vw_photo_finding_unknown;
+
 // Describes a defect in a few words, and says what to do; `other`: the name of that photo, if it has one. Returns the
 // text.
-enum { VW_DEFECT_TEXT_BYTES = 320 };
 char *vw_defect_describe(const struct vw_defect *defect, const char *other, char text[VW_DEFECT_TEXT_BYTES]);
 const char *vw_defect_remedy(const struct vw_defect *defect);
 

@@ -14,14 +14,26 @@ static const double IN_PLACE_PX = 1.25; // where it counts as in place
 enum vw_status vw_expected_create(const struct vw_check_photos *photos, struct vw_expected **expected) {
     *expected = vw_allocate(1, sizeof **expected);
     if (!*expected) return VW_ERROR_MEMORY;
-    (*expected)->seen_by = vw_allocate(photos->point_count, sizeof *(*expected)->seen_by);
-    return (*expected)->seen_by ? VW_OK : VW_ERROR_MEMORY;
+    (*expected)->states = vw_allocate(photos->point_count, sizeof *(*expected)->states);
+    return (*expected)->states ? VW_OK : VW_ERROR_MEMORY;
 }
 
 void vw_expected_destroy(struct vw_expected **expected) {
-    if (*expected) free((*expected)->seen_by);
+    if (*expected) free((*expected)->states);
     free(*expected);
     *expected = NULL;
+}
+
+// Returns whether the photo was taken between two others.
+static bool are_opposite(const struct vw_check_photos *photos, const struct vw_check_photo *photo, uint32_t a,
+                         uint32_t b) {
+    double product = 0;
+    for (int i = 0; i < 3; i++) {
+        double from = photo->view->camera_to_world[i][VW_POSE_POSITION];
+        product += (photos->list[a].view->camera_to_world[i][VW_POSE_POSITION] - from) *
+                   (photos->list[b].view->camera_to_world[i][VW_POSE_POSITION] - from);
+    }
+    return product < 0;
 }
 
 // Computes how two photos show a point, as the pose sees it; false if they do not show it alike.
@@ -36,6 +48,7 @@ static bool expect(const struct vw_check_photos *photos, const struct vw_check_p
         if (!vw_patch_warp(&rays, point->depth, reference, point->reference_px[i], &depth, &patches[i])) return false;
         point->magnification[i] = vw_check_focal_px(photo) / point->depth * depth / vw_check_focal_px(reference);
     }
+    point->between = are_opposite(photos, photo, point->references[0], point->references[1]);
     float alike = vw_patch_correlate(&patches[0], &patches[1]);
     if (!(alike >= ALIKE)) return false;
     float scale = 1 / sqrtf(2 + 2 * alike); // of the sum of two vectors of length 1
@@ -44,37 +57,49 @@ static bool expect(const struct vw_check_photos *photos, const struct vw_check_p
     return true;
 }
 
-// Adds a point that two photos track, if the pose sees it where there is room for more.
-static void add(const struct vw_check_photos *photos, const struct vw_check_photo *photo, uint8_t *of_cells,
+// Adds a point that two photos track, if the pose sees it where there is room for more; returns whether it did.
+static bool add(const struct vw_check_photos *photos, const struct vw_check_photo *photo, uint8_t *of_cells,
                 const struct vw_expected_point *made, struct vw_expected *expected) {
     struct vw_expected_point *point = &expected->list[expected->count];
-    if (expected->count == VW_EXPECTED_MOST) return;
+    if (expected->count == VW_EXPECTED_MOST) return false;
     *point = *made;
-    if (!vw_check_project(photo, photos->points[point->point], point->at_px, &point->depth)) return;
+    if (!vw_check_project(photo, photos->points[point->point], point->at_px, &point->depth)) return false;
     double x = point->at_px[0] / photo->small.width_px, y = point->at_px[1] / photo->small.height_px;
-    if (!(x >= 0 && y >= 0 && x < 1 && y < 1)) return;
+    if (!(x >= 0 && y >= 0 && x < 1 && y < 1)) return false;
     uint8_t *of_cell =
         &of_cells[(uint32_t)(y * VW_EXPECTED_CELLS) * VW_EXPECTED_CELLS + (uint32_t)(x * VW_EXPECTED_CELLS)];
-    if (*of_cell == VW_EXPECTED_OF_CELL || !expect(photos, photo, point)) return;
+    if (*of_cell == VW_EXPECTED_OF_CELL || !expect(photos, photo, point)) return false;
     ++*of_cell;
     expected->count++;
+    return true;
+}
+
+// Notes that one more photo tracks a point.
+static void see(const struct vw_check_photos *photos, const struct vw_check_photo *photo, uint32_t other,
+                uint32_t point, uint8_t *of_cells, struct vw_expected *expected) {
+    uint32_t *state = &expected->states[point];
+    const uint32_t first = photos->count + 1; // states: 0, 1 + a photo that tracks it, `first` + a place in the list
+    if (*state == UINT32_MAX) return;
+    if (*state >= first) {
+        struct vw_expected_point *known = &expected->list[*state - first];
+        known->between |= are_opposite(photos, photo, known->references[0], other);
+        return;
+    }
+    const struct vw_expected_point made = {.point = point, .references = {*state - 1, other}};
+    if (!*state) *state = other + 1;
+    else if (*state != other + 1)
+        *state = add(photos, photo, of_cells, &made, expected) ? first + expected->count - 1 : UINT32_MAX;
 }
 
 void vw_expected_list(const struct vw_check_photos *photos, const struct vw_check_photo *photo, uint32_t without,
                       struct vw_expected *expected) {
     uint8_t of_cells[VW_EXPECTED_CELLS * VW_EXPECTED_CELLS] = {0};
     expected->count = 0;
-    memset(expected->seen_by, 0, photos->point_count * sizeof *expected->seen_by);
+    memset(expected->states, 0, photos->point_count * sizeof *expected->states);
     for (uint32_t o = 0; o < photo->other_count; o++) {
-        uint32_t other = photo->others[o];
-        for (uint32_t i = 0; i < photos->list[other].point_count && other != without; i++) {
-            uint32_t point = photos->list[other].points[i], *seen_by = &expected->seen_by[point];
-            if (*seen_by == UINT32_MAX || *seen_by == other + 1) continue;
-            const struct vw_expected_point made = {.point = point, .references = {*seen_by - 1, other}};
-            bool second = *seen_by != 0;
-            *seen_by = second ? UINT32_MAX : other + 1;
-            if (second) add(photos, photo, of_cells, &made, expected);
-        }
+        const struct vw_check_photo *other = &photos->list[photo->others[o]];
+        for (uint32_t i = 0; i < other->point_count && photo->others[o] != without; i++)
+            see(photos, photo, photo->others[o], other->points[i], of_cells, expected);
     }
 }
 
@@ -98,6 +123,9 @@ static const double SUPPORT_LEAST = 0.9; // sum of weights
 static const double MISSING_LEAST = 0.6; // share of them of points that are not shown
 // Limits of what a region may have that something strange covers: points missing elsewhere, of which a large region has
 // more at its edges; and places that others agree on, per cell inside by those outside.
+// Of the missing points of a region: share that photos on both sides see, which hardly are behind something; a region
+// of WIDE_SHARE of the photo needs none.
+static const double BETWEEN_LEAST = 0.15, WIDE_SHARE = 0.3;
 static const double ELSEWHERE_MOST = 0.1, ELSEWHERE_BY_SHARE = 0.4, OWN_MOST = 0.3;
 
 // Marks the cells around which points are missing.
@@ -146,11 +174,14 @@ static uint32_t cell_of(const struct vw_plane *plane, const double at_px[2]) {
 // agree on it.
 static bool is_strange(const struct vw_check_photos *photos, const struct vw_check_photo *photo,
                        const struct vw_expected *expected, const bool region[GRID * GRID], uint32_t size) {
-    double count = 0, missing = 0, own_inside = 0, own_outside = 0;
+    double count = 0, missing = 0, inside = 0, between = 0, own_inside = 0, own_outside = 0;
     for (uint32_t i = 0; i < expected->count; i++) {
-        if (region[cell_of(&photo->small, expected->list[i].at_px)]) continue;
-        count++;
-        missing += !expected->list[i].shown;
+        const struct vw_expected_point *point = &expected->list[i];
+        bool is_inside = region[cell_of(&photo->small, point->at_px)];
+        inside += is_inside && !point->shown;
+        between += is_inside && !point->shown && point->between;
+        count += !is_inside;
+        missing += !is_inside && !point->shown;
     }
     for (uint32_t i = 0; i < photo->point_count; i++) {
         double at_px[2], depth;
@@ -161,7 +192,8 @@ static bool is_strange(const struct vw_check_photos *photos, const struct vw_che
         *(region[cell_of(&photo->small, at_px)] ? &own_inside : &own_outside) += 1;
     }
     double share = (double)size / (GRID * GRID);
-    return missing <= (ELSEWHERE_MOST + ELSEWHERE_BY_SHARE * share) * count &&
+    return (between >= BETWEEN_LEAST * inside || share > WIDE_SHARE) &&
+           missing <= (ELSEWHERE_MOST + ELSEWHERE_BY_SHARE * share) * count &&
            own_inside * (1 - share) <= OWN_MOST * own_outside * share;
 }
 

@@ -19,13 +19,14 @@ struct vw_expected_point {
     double magnification[2];       // of the photo beside each of them, per small pixel
     struct vw_patch patch;         // the mean of how they show it, as the pose sees it
     bool shown, in_place;          // near there; and to less than IN_PLACE_PX
+    bool between; // the photo was taken between two of those: what it does not show is hardly behind something
 };
 
 // Owned by the caller, made once for many photos.
 struct vw_expected {
     struct vw_expected_point list[VW_EXPECTED_MOST];
     uint32_t count;
-    uint32_t *seen_by; // scratch, by point: 1 + a photo that showed it, UINT32_MAX: done
+    uint32_t *states; // owned; scratch, by point: what is known of it while they are listed
 };
 
 enum vw_status vw_expected_create(const struct vw_check_photos *photos, struct vw_expected **expected);

@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_CHECK_EXPLAIN_H
 #define VIEWWORTH_CHECK_EXPLAIN_H
 
-#include "check/check.h"
+#include "check/evidence.h"
 #include "check/expected.h"
 
 // Fills turned_over*, found_in_place, turned_deg, moved_px, pose_found and shows* of the evidence. `expected` has the

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -38,6 +39,33 @@ enum vw_status vw_check_make_rows(const struct vw_scene *scene, const struct vw_
     }
     *rows = made;
     *count = made_count;
+    return VW_OK;
+}
+
+enum vw_status vw_photo_findings_make(const struct vw_scene *scene, struct vw_photo_finding **findings) {
+    struct vw_check check;
+    struct vw_photo_finding *made = vw_allocate(scene->view_count, sizeof *made);
+    enum vw_status status = made ? vw_check_scene(scene, &check) : VW_ERROR_MEMORY;
+    if (status) {
+        free(made);
+        return status;
+    }
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_photo_evidence *evidence = &check.evidence[v];
+        made[v] = (struct vw_photo_finding){.in_place = evidence->in_place,
+                                            .hidden = evidence->hidden,
+                                            .turned_deg = evidence->turned_deg,
+                                            .stops = evidence->stops,
+                                            .sharpness = evidence->sharpness,
+                                            .noise = evidence->noise};
+    }
+    for (uint32_t i = check.defect_count; i-- > 0;) { // the first of a photo stays
+        const struct vw_defect *defect = &check.defects[i];
+        made[defect->view].word = vw_defect_words[defect->kind];
+        (void)vw_defect_describe(defect, name_of(scene, defect->other), made[defect->view].description);
+    }
+    vw_check_free(&check);
+    *findings = made;
     return VW_OK;
 }
 

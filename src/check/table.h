@@ -22,6 +22,8 @@ struct vw_check_row {
 // scene and the check. VW_ERROR_MEMORY.
 enum vw_status vw_check_make_rows(const struct vw_scene *scene, const struct vw_check *check,
                                   struct vw_check_row **rows, uint32_t *count);
+// Checks a scene, and finds a finding for each of its views, in their order; owned by the caller (free).
+enum vw_status vw_photo_findings_make(const struct vw_scene *scene, struct vw_photo_finding **findings);
 // Returns the columns: name,split,defects,description,remedy, then the evidence.
 struct vw_rows vw_check_rows(const struct vw_check_row *rows, uint32_t count);
 // Returns the columns of the photos that have defects, for people.

@@ -41,6 +41,8 @@ static enum vw_status mark_looks(const struct vw_results *results, struct vw_adv
         if (photo) photo->marks |= selection.outliers[i].lone ? VW_MARK_LONE : VW_MARK_LOOK;
     }
     vw_selection_free(&selection);
+    for (uint32_t i = 0; i < advice->count; i++)
+        if (advice->photos[i].description) advice->photos[i].marks |= VW_MARK_LOOK;
     return status == VW_ERROR_MEMORY ? status : VW_OK; // a ledger without train photos has no outliers
 }
 
@@ -99,7 +101,7 @@ static enum vw_status mark_worth(const struct vw_results *results, struct vw_adv
 }
 
 static enum vw_status mark(const struct vw_results *results, struct vw_advice *advice) {
-    if (!has_known(results, vw_value_default_method)) return VW_OK;
+    if (!has_known(results, vw_value_default_method)) return mark_looks(results, advice);
     const char *method = vw_value_main_method(results->scores, results->score_count);
     const struct vw_worth_summary *worth = &results->worth;
     if (strcmp(method, vw_value_default_method) != 0) advice->basis = method;
@@ -112,23 +114,6 @@ static enum vw_status mark(const struct vw_results *results, struct vw_advice *a
 }
 
 // ---- Words and reasons ---------------------------------------------------------------------------------------------
-
-const char *vw_advice_known_reason(const char *word) {
-    static const char *const reasons[] = {"exposure", "noise", "blur", "pose", "occluder"};
-    for (size_t i = 0; word && i < VW_ARRAY_COUNT(reasons); i++)
-        if (strcmp(reasons[i], word) == 0) return reasons[i];
-    return NULL;
-}
-
-static const char *find_reason(const struct vw_results *results, const struct vw_photo_advice *photo,
-                               const char *otherwise) {
-    size_t place = (size_t)(photo->image - results->input.images);
-    const char *found = results->reasons ? results->reasons[place] : NULL;
-    // Renders explain why a photo fits badly; a photo that fits has a region of error by chance.
-    bool by_render = found && (strcmp(found, "pose") == 0 || strcmp(found, "occluder") == 0);
-    if (found && (photo->advice == VW_ADVICE_LOOK || !by_render)) return found;
-    return results->duplicated && results->duplicated[place] ? "duplicate" : otherwise;
-}
 
 static bool is_trusted(const struct vw_results *results, const struct vw_advice *advice) {
     if (vw_verdict_judge(&results->reconstruction) == VW_VERDICT_TOO_COARSE) return false;
@@ -162,22 +147,38 @@ static void judge(const struct vw_results *results, bool trusted, struct vw_phot
                                                                     : VW_ADVICE_UNCLEAR;
     photo->word = vw_advice_words[photo->advice];
     switch (photo->advice) {
-    case VW_ADVICE_LOOK: photo->reason = find_reason(results, photo, "no reason found"); break;
-    case VW_ADVICE_DROP: photo->reason = find_reason(results, photo, "adds little"); break;
+    case VW_ADVICE_LOOK: photo->reason = photo->description ? photo->finding->word : "fits badly"; break;
+    case VW_ADVICE_DROP: photo->reason = "adds little"; break;
     case VW_ADVICE_KEEP: photo->reason = lone ? "lone view" : best ? "among the best" : "helps"; break;
-    default: photo->reason = find_reason(results, photo, why_unclear(results, photo->score, !results->advice.basis));
+    default: photo->reason = why_unclear(results, photo->score, !results->advice.basis);
     }
 }
 
 // ---- All of it -----------------------------------------------------------------------------------------------------
+
+static double find_score(const struct vw_results *results, uint32_t image_id, const char *method) {
+    for (uint32_t i = 0; i < results->score_count; i++)
+        if (results->scores[i].image_id == image_id && is_known(&results->scores[i], method))
+            return results->scores[i].value;
+    return NAN;
+}
 
 static enum vw_status list_photos(const struct vw_results *results, struct vw_advice *advice) {
     const struct vw_value_input *input = &results->input;
     const char *method = results->score_count ? vw_value_main_method(results->scores, results->score_count) : "";
     *advice = (struct vw_advice){.photos = vw_allocate(input->image_count, sizeof *advice->photos)};
     if (!advice->photos) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < input->image_count; i++)
-        if (strcmp(input->images[i].split, "train") == 0) advice->photos[advice->count++].image = &input->images[i];
+    for (uint32_t i = 0; i < input->image_count; i++) {
+        const struct vw_photo_finding *finding = results->findings ? &results->findings[i] : NULL;
+        if (strcmp(input->images[i].split, "train") != 0) continue;
+        advice->photos[advice->count++] = (struct vw_photo_advice){
+            .image = &input->images[i],
+            .finding = finding,
+            .description = finding && finding->word ? finding->description : NULL,
+            .train_fit = find_score(results, input->images[i].image_id, "train_fit"),
+            .quality = find_score(results, input->images[i].image_id, "quality"),
+        };
+    }
     for (uint32_t i = 0; i < results->score_count; i++) {
         const struct vw_ledger_score *score = &results->scores[i];
         struct vw_photo_advice *photo = is_known(score, method) ? find(advice, score->image_id) : NULL;
@@ -213,6 +214,11 @@ enum vw_status vw_results_advise(struct vw_results *results) {
         VW_CELL_VIA(name, struct vw_photo_advice, score, kind, struct vw_ledger_score, member),                        \
             .left_out = VW_NOT_IN_JSON                                                                                 \
     }
+#define OF_FINDING(name, member)                                                                                       \
+    {                                                                                                                  \
+        VW_CELL_VIA(name, struct vw_photo_advice, finding, REAL_OR_NULL, struct vw_photo_finding, member),             \
+            .left_out = VW_NOT_IN_JSON                                                                                 \
+    }
 static const struct vw_column columns[] = {
     {VW_CELL_VIA("name", struct vw_photo_advice, image, TEXT, struct vw_ledger_image, name)},
     OF_PHOTO("advice", word),
@@ -222,6 +228,15 @@ static const struct vw_column columns[] = {
     OF_SCORE("ci_high", REAL_OR_NULL, ci_high),
     OF_SCORE("unit", TEXT, unit),
     OF_SCORE("method", TEXT, method),
+    {VW_CELL("description", struct vw_photo_advice, TEXT_OR_NULL, description), .left_out = VW_NOT_IN_JSON},
+    OF_FINDING("in_place", in_place),
+    OF_FINDING("hidden_share", hidden),
+    OF_FINDING("turned_deg", turned_deg),
+    OF_FINDING("stops", stops),
+    OF_FINDING("sharpness", sharpness),
+    OF_FINDING("noise", noise),
+    {VW_CELL("train_fit", struct vw_photo_advice, REAL_OR_NULL, train_fit), .left_out = VW_NOT_IN_JSON},
+    {VW_CELL("quality", struct vw_photo_advice, REAL_OR_NULL, quality), .left_out = VW_NOT_IN_JSON},
 };
 
 struct vw_rows vw_advice_rows(const struct vw_advice *advice) {

@@ -1,8 +1,9 @@
 // Advice on the photos: which can be left out, which are irreplaceable, and which need a look.
 //
-// A photo needs a look if it is an outlier, and is a lone view if only its credit is (viewworth/selection.h). The other
-// two rest on worth_psnr where there is one, else on lasting_psnr; credit does not tell them (value/README.md).
-// Where the reconstruction is too coarse to rank photos by (value/verdict.h), only looks are advised.
+// A photo needs a look if it has a defect (base/defect.h), whatever its scores, or is an outlier, and is a lone view if
+// only its credit is an outlier (viewworth/selection.h). The other two rest on worth_psnr where there is one, else on
+// lasting_psnr; credit does not tell them (value/README.md). Where the reconstruction is too coarse to rank photos by
+// (value/verdict.h), only looks are advised.
 // - worth_psnr comes from retrainings. Unless the 95 % interval of its accuracy on left-out retrainings lies above 0
 //   (value/worth.h), these have not shown that it tells photos apart, and it marks no photo. Otherwise
 //   - a photo can be left out if its interval ends at or below 0, or below both the noise of a training (another seed
@@ -30,11 +31,8 @@ extern const char *const vw_advice_words[VW_ADVICE_COUNT]; // "keep", "look", "u
 
 // Computes worth and advice from the other results. VW_ERROR_MEMORY.
 enum vw_status vw_results_advise(struct vw_results *results);
-// Returns the rows of advice.csv: name,advice,reason,score,ci_low,ci_high,unit,method; in JSON the first three.
+// Returns the rows of advice.csv: name,advice,reason,score,ci_low,ci_high,unit,method,description and the evidence
+// (struct vw_photo_finding), train_fit, quality; in JSON the first three.
 struct vw_rows vw_advice_rows(const struct vw_advice *advice);
-
-// Returns the static spelling of a reason that a run may find in a photo: "exposure", "noise", "blur", "pose" or
-// "occluder"; NULL for other words and NULL.
-const char *vw_advice_known_reason(const char *word);
 
 #endif

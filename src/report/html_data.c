@@ -246,12 +246,13 @@ static json_t *advice_to_json(const struct vw_results *run) {
                  {"irreplaceable", VW_MARK_IRREPLACEABLE},
                  {"look", VW_MARK_LOOK},
                  {"lone", VW_MARK_LONE}};
-    json_t *object = json_object(), *words = json_array(), *reasons = json_array();
+    json_t *object = json_object(), *words = json_array(), *reasons = json_array(), *texts = json_array();
     const struct vw_photo_advice *next = run->advice.photos, *end = next + run->advice.count;
     for (uint32_t i = 0; i < run->input.image_count; i++) {
         bool advised = next < end && next->image == &run->input.images[i];
         vw_json_append(&words, vw_json_string(advised ? next->word : NULL));
         vw_json_append(&reasons, vw_json_string(advised ? next->reason : NULL));
+        vw_json_append(&texts, vw_json_string(advised ? next->description : NULL));
         next += advised;
     }
     vw_json_set(&object, "basis", vw_json_string(run->advice.basis));
@@ -261,6 +262,7 @@ static json_t *advice_to_json(const struct vw_results *run) {
         vw_json_set(&object, marks[i].key, marked_to_json(run, marks[i].mark));
     vw_json_set(&object, "words", words);
     vw_json_set(&object, "reasons", reasons);
+    vw_json_set(&object, "texts", texts);
     return object;
 }
 

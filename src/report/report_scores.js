@@ -102,7 +102,8 @@ function toldPhotos(one, word) {
 
 function tellingPhoto(one, row) {
   const name = one.images.name[row.image];
-  const reason = one.advice.reasons[row.image], picture = thumbnailOf(one, row.image);
+  const reason = [one.advice.reasons[row.image], one.advice.texts[row.image]].filter(Boolean).join(': ');
+  const picture = thumbnailOf(one, row.image);
   const button = element('button', {type: 'button', class: 'telling', title: name, 'aria-label': name + ': ' + reason},
     picture, element('span', {class: picture ? 'name' : 'bare'}, name), element('span', {}, reason));
   button.addEventListener('click', () => choosePhoto(one, row.image));

@@ -25,8 +25,7 @@ enum vw_status vw_results_measure(struct vw_ledger *ledger, struct vw_results *r
 void vw_results_free(struct vw_results *results) {
     vw_matrix_clear(&results->matrix);
     free(results->advice.photos);
-    free(results->reasons);
-    free(results->duplicated);
+    free(results->findings);
     free(results->views);
     free(results->standard_errors);
     json_decref(results->map);

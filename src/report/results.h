@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/defect.h"
 #include "value/matrix.h"
 #include "value/verdict.h"
 #include "value/worth.h"
@@ -30,8 +31,11 @@ struct vw_photo_advice {
     const struct vw_ledger_image *image; // borrowed
     uint8_t marks;                       // enum vw_advice_mark
     enum vw_advice_word advice;
-    const char *word, *reason;           // static: of `advice`; "lone view", "exposure", ...
-    const struct vw_ledger_score *score; // borrowed: by the method that answers for a photo's value; NULL: none
+    const char *word, *reason;              // static: of `advice`; "lone view", "exposure", ...
+    const struct vw_ledger_score *score;    // borrowed: by the method that answers for a photo's value; NULL: none
+    const struct vw_photo_finding *finding; // borrowed; NULL: it was not checked
+    const char *description;                // borrowed, of its defect; NULL: none was found
+    double train_fit, quality;              // its scores by these methods; NaN: none
 };
 
 struct vw_advice {
@@ -57,8 +61,7 @@ struct vw_results {
     // The findings of scene and field at the end of a run, which files of its folder have for a later report. Owned but
     // for the thumbnails; NULL where unknown.
     struct vw_reconstruction reconstruction;
-    const char **reasons;                       // by image: words of vw_advice_known_reason(), or NULL
-    bool *duplicated;                           // by image: the photo is in a group of near-duplicates
+    struct vw_photo_finding *findings;          // by image; NULL: no photo was checked
     json_t *map;                                // where cameras and points are (run/outputs/results_files.h)
     json_t *residuals;                          // photos beside their renders and errors (run/outputs/residuals.h)
     json_t *next;                               // places for the next photos (run/next)

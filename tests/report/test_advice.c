@@ -151,46 +151,57 @@ TEST(worth_that_is_not_shown_to_predict_marks_nothing) {
 
 // ---- Reasons --------------------------------------------------------------------------------------------------------
 
-// Advises where photos 2 and 3 fit badly and have low credit, and photo 8 is a lone view.
-static struct vw_advice advise_with(const char *const *reasons, const bool *duplicated) {
+// Advises where photos 2 and 3 fit badly and have low credit, photo 8 is a lone view, and photo 6 helps.
+static struct vw_advice advise_with(const char *const *words) {
     struct fixture fixture = make();
+    struct vw_photo_finding findings[PHOTOS];
     struct vw_results results = {.input = {.images = fixture.images, .image_count = PHOTOS},
                                  .scores = fixture.scores,
-                                 .reasons = (const char **)reasons,
-                                 .duplicated = (bool *)duplicated,
+                                 .findings = words ? findings : NULL,
                                  .reconstruction = vw_reconstruction_unknown};
+    for (uint32_t i = 0; words && i < PHOTOS; i++) {
+        findings[i] = vw_photo_finding_unknown;
+        findings[i].word = words[i];
+        snprintf(findings[i].description, sizeof findings[i].description, "says %u", i);
+    }
     fixture.scores[2].value = fixture.scores[3].value = fixture.scores[8].value = -20;
+    fixture.scores[6].ci_low = 0.5, fixture.scores[6].ci_high = 0.7;
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "train_fit", i == 2 || i == 3 ? 10 : 20 + i % 3, 0);
     results.score_count = fixture.score_count;
+    results.agreement.other_views_low = 1;
     ASSERT_OK(vw_results_advise(&results));
-    for (uint32_t i = 0; i < results.advice.count; i++) // the fixture ends here
-        results.advice.photos[i].image = NULL, results.advice.photos[i].score = NULL;
+    for (uint32_t i = 0; i < results.advice.count; i++) { // the fixture ends here
+        struct vw_photo_advice *photo = &results.advice.photos[i];
+        photo->image = NULL, photo->score = NULL, photo->finding = NULL;
+        photo->description = photo->description ? "told" : NULL;
+    }
     return results.advice;
 }
 
-TEST(reasons_are_those_of_the_run) {
-    static const char *const reasons[PHOTOS] = {[1] = "pose", [2] = "blur", [5] = "noise", [8] = "noise"};
-    static const bool duplicated[PHOTOS] = {[3] = true, [5] = true, [7] = true};
-    AUTO(free_advice) struct vw_advice advice = advise_with(reasons, duplicated);
+TEST(a_defect_is_looked_at_whatever_the_credit) {
+    static const char *const words[PHOTOS] = {[2] = "blur", [5] = "noise", [6] = "pose", [8] = "occluder"};
+    AUTO(free_advice) struct vw_advice advice = advise_with(words);
     const struct vw_photo_advice *photos = advice.photos;
     assert_string_equal(photos[1].word, "unclear");
-    assert_string_equal(photos[1].reason, "within noise"); // it fits: its render accuses nobody
-    assert_int_equal(photos[2].advice, VW_ADVICE_LOOK);
-    assert_string_equal(photos[2].reason, "blur");
-    assert_string_equal(photos[3].reason, "duplicate");
-    assert_string_equal(photos[5].reason, "noise");
-    assert_int_equal(photos[8].advice, VW_ADVICE_KEEP);
-    assert_string_equal(photos[8].reason, "lone view"); // a photo to keep is not accused
-    assert_string_equal(photos[7].reason, "duplicate");
+    assert_string_equal(photos[1].reason, "within noise");
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        if (!words[i]) continue;
+        assert_int_equal(photos[i].advice, VW_ADVICE_LOOK); // though 6 helps, and 8 is a lone view
+        assert_string_equal(photos[i].reason, words[i]);
+        assert_string_equal(photos[i].description, "told");
+    }
+    assert_int_equal(photos[3].advice, VW_ADVICE_LOOK);
+    assert_string_equal(photos[3].reason, "fits badly");
+    assert_null(photos[3].description);
+    assert_true(photos[3].train_fit == 10);
 }
 
-TEST(without_them_none_is_found) {
-    AUTO(free_advice) struct vw_advice advice = advise_with(NULL, NULL);
+TEST(sound_photos_are_advised_by_credit) {
+    AUTO(free_advice) struct vw_advice advice = advise_with(NULL);
     assert_string_equal(advice.photos[1].reason, "within noise");
-    assert_string_equal(advice.photos[2].reason, "no reason found");
-    assert_string_equal(vw_advice_known_reason("exposure"), "exposure");
-    assert_null(vw_advice_known_reason("within noise"));
-    assert_null(vw_advice_known_reason(NULL));
+    assert_string_equal(advice.photos[2].reason, "fits badly");
+    assert_string_equal(advice.photos[6].reason, "helps");
+    assert_string_equal(advice.photos[8].reason, "lone view");
 }
 
 // Credit beyond noise is for the validation photos: it keeps a photo only if others would agree.
@@ -229,8 +240,9 @@ TEST(photos_that_judge_get_no_advice) {
     const struct vw_rows rows = vw_advice_rows(&advice);
     struct vw_csv_text table = {0};
     ASSERT_OK(vw_rows_make_csv("advice.csv", &rows, &table));
-    static const char first[] = "name,advice,reason,score,ci_low,ci_high,unit,method\n"
-                                "photo,unclear,within noise,0,,,dB,dv_psnr\n";
+    static const char first[] = "name,advice,reason,score,ci_low,ci_high,unit,method,description,in_place,"
+                                "hidden_share,turned_deg,stops,sharpness,noise,train_fit,quality\n"
+                                "photo,unclear,within noise,0,,,dB,dv_psnr,,,,,,,,,\n";
     assert_memory_equal(table.text, first, strlen(first));
     free(table.text);
 }

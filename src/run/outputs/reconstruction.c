@@ -126,8 +126,7 @@ static enum vw_status measure(struct measuring *measuring) {
     return status;
 }
 
-// Opens the scene at the size that is measured, unless it is that already. Its pixels are read photo by photo.
-static enum vw_status open_sized(const struct vw_reconstruction_params *params, struct vw_scene **sized) {
+enum vw_status vw_reconstruction_open_scene(const struct vw_reconstruction_params *params, struct vw_scene **sized) {
     struct vw_scene_params options;
     json_t *texts = NULL;
     enum vw_status status = vw_scene_options_from_json(params->scene_options_json, &texts, &options);
@@ -150,7 +149,8 @@ enum vw_status vw_reconstruction_measure(const struct vw_reconstruction_params *
     measuring.made.of_test = params->scene->split_count[VW_SPLIT_TEST] > 0;
     enum vw_split split = measuring.made.of_test ? VW_SPLIT_TEST : VW_SPLIT_VAL;
     enum vw_status status = vw_scene_view_distances(params->scene, split, &measuring.distances, &measuring.count);
-    if (!status && measuring.count) status = open_sized(params, &opened);
+    if (params->sized) measuring.sized = params->sized;
+    else if (!status && measuring.count) status = vw_reconstruction_open_scene(params, &opened);
     if (opened) measuring.sized = opened;
     if (!status) status = measure(&measuring);
     free(measuring.distances);

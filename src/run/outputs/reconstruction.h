@@ -13,7 +13,8 @@ struct vw_reconstruction_params {
     const struct vw_scene *scene;
     const char *scene_options_json; // that it was opened with (run/session.h)
     struct vw_gpu *gpu;
-    struct vw_trainer *trainer; // nothing in flight
+    struct vw_trainer *trainer;   // nothing in flight
+    const struct vw_scene *sized; // the scene at the size that is measured; NULL: it is opened
 };
 
 // Whatever size a run trains at, photos are measured at the same one: as their files have them, divided so often that
@@ -24,6 +25,10 @@ uint32_t vw_reconstruction_downscale(const struct vw_scene *scene, uint32_t trai
 
 // Returns the most rays that measuring takes.
 double vw_reconstruction_rays(const struct vw_scene *scene, uint32_t trained_downscale);
+
+// Opens the scene at the size that is measured; `*sized` stays NULL if the scene has it. Pixels are read photo by
+// photo.
+enum vw_status vw_reconstruction_open_scene(const struct vw_reconstruction_params *params, struct vw_scene **sized);
 
 // Renders whole test photos, or validation photos where there is no test photo: at most VW_RECONSTRUCTION_VIEWS_MAX,
 // evenly spaced in the order of the scene. Photos without a usable pixel do not count, nor do twins: those that the

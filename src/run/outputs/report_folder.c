@@ -160,23 +160,6 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     return status;
 }
 
-// Marks the photos that duplicates.csv of the run's folder names.
-static enum vw_status find_duplicated(const struct vw_report_documents *documents, struct vw_results *results) {
-    const struct vw_report_document *table = vw_report_documents_find(documents, results->label, "duplicates.csv");
-    const json_t *header = table ? json_object_get(table->content, "header") : NULL, *row;
-    size_t column = 0, i;
-    if (!table) return VW_OK;
-    results->duplicated = vw_allocate(results->input.image_count, sizeof *results->duplicated);
-    if (!results->duplicated) return VW_ERROR_MEMORY;
-    while (strcmp(json_string_value(json_array_get(header, column)), "name") != 0) column++; // it is there
-    json_array_foreach(json_object_get(table->content, "rows"), i, row) {
-        const char *name = json_string_value(json_array_get(row, column));
-        for (uint32_t image = 0; name && image < results->input.image_count; image++)
-            results->duplicated[image] |= strcmp(name, results->input.images[image].name) == 0;
-    }
-    return VW_OK;
-}
-
 // ---- Splits --------------------------------------------------------------------------------------------------------
 
 static bool judges(const struct vw_ledger_image *image) {
@@ -219,10 +202,7 @@ static enum vw_status write_page(struct vw_results **runs, size_t run_count, str
                                         .document_count = (uint32_t)documents->count,
                                         .extra = params->extra};
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < run_count && !status; i++) {
-        status = find_duplicated(documents, runs[i]);
-        if (!status) status = vw_results_advise(runs[i]);
-    }
+    for (size_t i = 0; i < run_count && !status; i++) status = vw_results_advise(runs[i]);
     for (size_t i = 0; i < run_count && !status; i++) vw_report_sets_of_run(&sets, params, runs[i]);
     for (size_t i = 0; i < documents->count && !status; i++)
         if (strcmp(documents->list[i].kind, "compare") == 0)

@@ -1,6 +1,7 @@
 #include "run/outputs/results_files.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,13 +44,16 @@ static json_t *points_of(const struct vw_scene *scene) {
     return points;
 }
 
-static json_t *reasons_to_json(const char *const *reasons, uint32_t count) {
+static json_t *defects_to_json(const struct vw_photo_finding *findings, uint32_t count) {
     json_t *array = json_array();
-    for (uint32_t v = 0; v < count; v++) vw_json_append(&array, reasons[v] ? vw_json_string(reasons[v]) : json_null());
+    for (uint32_t v = 0; v < count; v++)
+        vw_json_append(&array, findings[v].word ? json_pack("{s:s, s:o}", "defect", findings[v].word, "description",
+                                                            vw_json_string(findings[v].description))
+                                                : json_null());
     return array;
 }
 
-json_t *vw_scene_map_make(const struct vw_scene *scene, const char *const *reasons) {
+json_t *vw_scene_map_make(const struct vw_scene *scene, const struct vw_photo_finding *findings) {
     json_t *map = json_object(), *positions = json_array(), *directions = json_array();
     for (uint32_t v = 0; v < scene->view_count; v++) {
         append_column(&positions, &scene->views[v], 3, 1);
@@ -60,7 +64,7 @@ json_t *vw_scene_map_make(const struct vw_scene *scene, const char *const *reaso
     vw_json_set(&map, "positions", positions);
     vw_json_set(&map, "directions", directions);
     vw_json_set(&map, "points", points_of(scene));
-    vw_json_set(&map, "reasons", reasons_to_json(reasons, scene->view_count));
+    vw_json_set(&map, "defects", defects_to_json(findings, scene->view_count));
     return map;
 }
 
@@ -126,13 +130,20 @@ static enum vw_status read_reconstruction(const char *out, struct vw_results *re
     return status;
 }
 
-// Reads the reasons of photos from the map: words that advice knows.
-static enum vw_status read_reasons(struct vw_results *results) {
-    const json_t *reasons = json_object_get(results->map, "reasons");
-    results->reasons = vw_allocate(results->input.image_count, sizeof *results->reasons);
-    for (uint32_t i = 0; results->reasons && i < results->input.image_count; i++)
-        results->reasons[i] = vw_advice_known_reason(json_string_value(json_array_get(reasons, i)));
-    return results->reasons ? VW_OK : VW_ERROR_MEMORY;
+// Reads the defects of photos from the map: kinds that are known.
+static enum vw_status read_defects(struct vw_results *results) {
+    const json_t *defects = json_object_get(results->map, "defects");
+    results->findings = vw_allocate(results->input.image_count, sizeof *results->findings);
+    for (uint32_t i = 0; results->findings && i < results->input.image_count; i++) {
+        const json_t *defect = json_array_get(defects, i);
+        const char *text = json_string_value(json_object_get(defect, "description"));
+        struct vw_photo_finding *finding = &results->findings[i];
+        *finding = vw_photo_finding_unknown;
+        finding->word = text ? vw_defect_find_word(json_string_value(json_object_get(defect, "defect"))) : NULL;
+        if (finding->word) snprintf(finding->description, sizeof finding->description, "%s", text);
+        vw_text_make_line(finding->description);
+    }
+    return results->findings ? VW_OK : VW_ERROR_MEMORY;
 }
 
 enum vw_status vw_results_read_next(const char *out, bool no_photos, struct vw_results *results) {
@@ -145,7 +156,7 @@ enum vw_status vw_results_read_next(const char *out, bool no_photos, struct vw_r
 enum vw_status vw_results_read_files(const char *out, bool no_photos, struct vw_results *results) {
     static const char *const of_map[] = {"up", "positions", "directions", "points"}, *const of_residuals[] = {"photos"};
     enum vw_status status = read_json(out, VW_SCENE_MAP_FILE, results, of_map, VW_ARRAY_COUNT(of_map), &results->map);
-    if (!status) status = read_reasons(results);
+    if (!status) status = read_defects(results);
     if (!status) status = read_reconstruction(out, results);
     if (!status) status = vw_results_read_next(out, no_photos, results);
     if (status || no_photos) return status;

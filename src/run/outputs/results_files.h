@@ -13,11 +13,11 @@
 enum { VW_SCENE_MAP_POINTS_MAX = 2000, VW_SCENE_MAP_DIGITS = 7 };
 
 // Makes {"scene_hash": hex, "up": [x, y, z], "positions": [x, y, z, ...], "directions": [...], "points": [...],
-// "reasons": [word or null, ...]}. World coordinates with VW_SCENE_MAP_DIGITS; a position and a unit direction of view
-// per image, in the order of the scene's views; `up` is the unit mean of the cameras' up axes; of more points than
-// VW_SCENE_MAP_POINTS_MAX an evenly spread part is taken; `reasons` has a word of report/advice.h per image, NULL:
-// none. NULL when memory is short.
-json_t *vw_scene_map_make(const struct vw_scene *scene, const char *const *reasons);
+// "defects": [{"defect", "description"} or null, ...]}. World coordinates with VW_SCENE_MAP_DIGITS; a position and a
+// unit direction of view per image, in the order of the scene's views; `up` is the unit mean of the cameras' up axes;
+// of more points than VW_SCENE_MAP_POINTS_MAX an evenly spread part is taken; `defects` has what the findings have, one
+// per image. NULL when memory is short.
+json_t *vw_scene_map_make(const struct vw_scene *scene, const struct vw_photo_finding *findings);
 
 // Writes map.json, reconstruction.json and residuals.json, those that the results have.
 enum vw_status vw_results_write_files(const struct vw_results *results, const struct vw_scene *scene, const char *out);

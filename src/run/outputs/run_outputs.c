@@ -7,12 +7,12 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "check/table.h"
 #include "image/image.h"
 #include "report/advice.h"
 #include "report/tables.h"
 #include "run/out_folder.h"
 #include "run/outputs/checksums.h"
-#include "run/outputs/photo_reasons.h"
 #include "run/outputs/reconstruction.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
@@ -82,6 +82,17 @@ static void warn_of_distances(const struct vw_scene *scene, const struct vw_run_
     }
 }
 
+// Warns of photos with a defect that judge the others; advice has those that train.
+static void warn_of_defects(const struct vw_scene *scene, const struct vw_photo_finding *findings) {
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_view *view = &scene->views[v];
+        if (findings[v].word && (view->split == VW_SPLIT_VAL || view->split == VW_SPLIT_TEST))
+            vw_log_warning("%s photo %s: %s (%s); look at it, or leave it out by --val or --test",
+                           view->split == VW_SPLIT_VAL ? "validation" : "test", view->name, findings[v].word,
+                           findings[v].description);
+    }
+}
+
 // Computes the matrix, how far the ranking depends on each validation photo, and which look wrong; writes matrix.csv.
 static enum vw_status judge_views(const struct vw_run_outputs_params *params, struct vw_run_outputs *outputs) {
     struct vw_results *results = &outputs->results;
@@ -110,7 +121,7 @@ static enum vw_status judge_views(const struct vw_run_outputs_params *params, st
 
 // Measures and pictures what a later report cannot, without scene and field, and writes it.
 static enum vw_status look_at_field(const struct vw_run_outputs_params *params, struct vw_results *results) {
-    const struct vw_reconstruction_params seen = {
+    struct vw_reconstruction_params seen = {
         .scene = params->scene,
         .scene_options_json = params->scene_options_json,
         .gpu = params->gpu,
@@ -124,11 +135,14 @@ static enum vw_status look_at_field(const struct vw_run_outputs_params *params, 
         .scoring = params->scoring,
         .config = params->config,
     };
-    results->reasons = vw_allocate(params->scene->view_count, sizeof *results->reasons);
-    if (!results->reasons) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_reconstruction_measure(&seen, &results->reconstruction);
-    if (!status) status = vw_photo_reasons_find(&residuals, results->reasons);
-    if (!status) results->map = vw_scene_map_make(params->scene, results->reasons);
+    struct vw_scene *sized = NULL; // as trained, photos may show too little
+    enum vw_status status = vw_reconstruction_open_scene(&seen, &sized);
+    seen.sized = sized ? sized : params->scene;
+    if (!status) status = vw_photo_findings_make(seen.sized, &results->findings);
+    if (!status) status = vw_reconstruction_measure(&seen, &results->reconstruction);
+    vw_scene_close(&sized);
+    if (!status) warn_of_defects(params->scene, results->findings);
+    if (!status) results->map = vw_scene_map_make(params->scene, results->findings);
     if (!status && !params->report.options.no_thumbnails) status = vw_residuals_make(&residuals, &results->residuals);
     return status ? status : vw_results_write_files(results, params->scene, params->out);
 }
