@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "viewworth/status.h"
+
 const char *const vw_defect_words[VW_DEFECT_COUNT] = {[VW_DEFECT_EMPTY] = "empty",
                                                       [VW_DEFECT_ORIENTATION] = "orientation",
                                                       [VW_DEFECT_SWAPPED] = "swapped",
@@ -51,6 +53,7 @@ char *vw_defect_describe(const struct vw_defect *defect, const char *other, char
         if (defect->detail > 0) snprintf(text, bytes, "%.0f %% of its points are behind it", 100 * defect->detail);
         else snprintf(text, bytes, "its tracks are %.1f px from its points", amount);
     }
+    vw_text_make_line(text); // a name may have been cut within a character
     return text;
 }
 

@@ -9,9 +9,9 @@ enum vw_defect_kind {
     VW_DEFECT_EMPTY,       // amount: contrast, [0,1]
     VW_DEFECT_ORIENTATION, // degrees that its pixels are turned by
     VW_DEFECT_SWAPPED,     // share of points in place at the pose of `other`
-    VW_DEFECT_POSE,        // degrees
+    VW_DEFECT_POSE,        // degrees; `detail`: pixels
     VW_DEFECT_MISMATCH,    // share of points in place
-    VW_DEFECT_COPY,        // similarity to `other`
+    VW_DEFECT_COPY,        // similarity to the first of its near-duplicates, of which `other` is to be kept
     VW_DEFECT_OCCLUDER,    // share of the photo
     VW_DEFECT_BLUR,        // sharpness beside other photos
     VW_DEFECT_MOTION_BLUR, // the same, in the direction `detail`, degrees

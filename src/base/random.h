@@ -16,7 +16,7 @@ enum vw_random_purpose {
     VW_RANDOM_IMPORTANCE = 9, // step = step, a = ray, b = sample / 4; 7 and 8 have no use now
     VW_RANDOM_GIVEN_PHOTO,    // step = step; of the consistency loss
     VW_RANDOM_PROJECTION,     // a = channel of features; keyed by seed 0
-    VW_RANDOM_POSE,           // a = view, b = 2 draw and 2 draw + 1; of places for the next photos
+    VW_RANDOM_POSE, // a = view, b = 2 draw and 2 draw + 1; of places for the next photos; step = draw: of turns
 };
 
 // Draws four 32-bit words. Key: the seed's two halves. Counter: (step's low word, step's high word | purpose << 24, a,

@@ -19,7 +19,8 @@ struct vw_beside {
 // Measures a photo at the points that it should show; room for 2 VW_EXPECTED_MOST. Returns the number made.
 uint32_t vw_beside_measure(const struct vw_check_photos *photos, uint32_t view, const struct vw_expected *expected,
                            struct vw_beside *made);
-// What a photo has more than others, by its comparisons: their median and quarters. These are NaN where there are few.
+// What a photo has more than others, by its comparisons: their median and quarters. Where there are few the quarters
+// are NaN, and the median is 0, so that it changes nobody else's.
 struct vw_beside_level {
     double median, low, high;
 };

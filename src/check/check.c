@@ -86,7 +86,7 @@ static enum vw_status compare_photos(struct checking *checking) {
     for (uint32_t v = 0; v < count && !status; v++) {
         const struct vw_beside_level *stops = &levels[v][VW_BESIDE_STOPS];
         if (isnan(levels[v][VW_BESIDE_SHARPNESS].low)) continue;
-        checking->evidence[v].stops = stops->median;
+        checking->evidence[v].stops = isnan(stops->low) ? NAN : stops->median;
         checking->evidence[v].stops_spread = (stops->high - stops->low) / 2;
         checking->evidence[v].noise = exp(levels[v][VW_BESIDE_NOISE].low);
         read_sharpness(levels[v], &checking->evidence[v]);
@@ -118,6 +118,7 @@ static enum vw_status check_tracks(const struct vw_scene *scene, struct vw_photo
                 hypot(at_px[0] - track->x_px, at_px[1] - track->y_px);
         }
     for (uint32_t v = 0; room && v < scene->view_count; v++) {
+        if (scene->views[v].split == VW_SPLIT_EXCLUDED) evidence[v].tracks = 0;
         if (!evidence[v].tracks) continue;
         evidence[v].behind = 1 - (double)counts[v] / evidence[v].tracks;
         evidence[v].track_px = vw_median(away_px + begins[v], counts[v]);

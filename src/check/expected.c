@@ -104,15 +104,17 @@ void vw_expected_list(const struct vw_check_photos *photos, const struct vw_chec
 }
 
 double vw_expected_mark(const struct vw_plane *plane, struct vw_expected *expected) {
-    uint32_t in_place = 0;
+    uint32_t in_place = 0, known = 0;
     for (uint32_t i = 0; i < expected->count; i++) {
         struct vw_expected_point *point = &expected->list[i];
         double away_px[2];
-        point->shown = vw_patch_find(plane, point->at_px, &point->patch, NEAR_PX, away_px) >= SHOWN;
+        point->known = vw_patch_is_known(plane, point->at_px);
+        point->shown = point->known && vw_patch_find(plane, point->at_px, &point->patch, NEAR_PX, away_px) >= SHOWN;
         point->in_place = point->shown && hypot(away_px[0], away_px[1]) <= IN_PLACE_PX;
+        known += point->known;
         in_place += point->in_place;
     }
-    return expected->count >= VW_EXPECTED_FEW ? (double)in_place / expected->count : NAN;
+    return known >= VW_EXPECTED_FEW ? (double)in_place / known : NAN;
 }
 
 // ---- Regions -------------------------------------------------------------------------------------------------------
@@ -121,12 +123,12 @@ enum { GRID = 24 };                      // cells along a side
 static const double SPREAD = 0.045;      // standard deviation of a point's weight, of the longer side
 static const double SUPPORT_LEAST = 0.9; // sum of weights
 static const double MISSING_LEAST = 0.6; // share of them of points that are not shown
-// Limits of what a region may have that something strange covers: points missing elsewhere, of which a large region has
-// more at its edges; and places that others agree on, per cell inside by those outside.
 // Of the missing points of a region: share that photos on both sides see, which hardly are behind something; a region
 // of WIDE_SHARE of the photo needs none.
 static const double BETWEEN_LEAST = 0.15, WIDE_SHARE = 0.3;
-static const double ELSEWHERE_MOST = 0.1, ELSEWHERE_BY_SHARE = 0.4, OWN_MOST = 0.3;
+// Limits of what a region may have that something strange covers: points missing elsewhere, of which a large region has
+// more at its edges; and places that others agree on, per cell inside by those outside.
+static const double ELSEWHERE_MOST = 0.07, ELSEWHERE_BY_SHARE = 0.4, OWN_MOST = 0.3;
 
 // Marks the cells around which points are missing.
 static void mark_cells(const struct vw_plane *plane, const struct vw_expected *expected, bool cells[GRID * GRID]) {
@@ -136,7 +138,7 @@ static void mark_cells(const struct vw_plane *plane, const struct vw_expected *e
         double support = 0, missing = 0;
         for (uint32_t i = 0; i < expected->count; i++) {
             double away = hypot(expected->list[i].at_px[0] - x, expected->list[i].at_px[1] - y) / spread_px;
-            double weight = exp(-0.5 * away * away);
+            double weight = expected->list[i].known ? exp(-0.5 * away * away) : 0;
             support += weight;
             missing += expected->list[i].shown ? 0 : weight;
         }
@@ -178,6 +180,7 @@ static bool is_strange(const struct vw_check_photos *photos, const struct vw_che
     for (uint32_t i = 0; i < expected->count; i++) {
         const struct vw_expected_point *point = &expected->list[i];
         bool is_inside = region[cell_of(&photo->small, point->at_px)];
+        if (!point->known) continue;
         inside += is_inside && !point->shown;
         between += is_inside && !point->shown && point->between;
         count += !is_inside;

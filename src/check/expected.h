@@ -18,6 +18,7 @@ struct vw_expected_point {
     double reference_px[2][2];     // where they see it, in their small pixels
     double magnification[2];       // of the photo beside each of them, per small pixel
     struct vw_patch patch;         // the mean of how they show it, as the pose sees it
+    bool known;                    // the photo has pixels there that are not masked
     bool shown, in_place;          // near there; and to less than IN_PLACE_PX
     bool between; // the photo was taken between two of those: what it does not show is hardly behind something
 };
@@ -39,8 +40,8 @@ void vw_expected_list(const struct vw_check_photos *photos, const struct vw_chec
 // Marks the points that the pixels show, near their place and in place; returns the share of the latter, NaN for a few
 // points.
 double vw_expected_mark(const struct vw_plane *plane, struct vw_expected *expected);
-// Returns the share of the photo in the largest region that shows none of the points it should; 0 if it lacks them
-// elsewhere, too.
+// Returns the share of the photo in the largest region that shows none of the points it should, though others are shown
+// elsewhere; NaN for a few points.
 double vw_expected_hidden(const struct vw_check_photos *photos, const struct vw_check_photo *photo,
                           const struct vw_expected *expected);
 

@@ -52,6 +52,12 @@ static bool solve(double matrix[UNKNOWNS][UNKNOWNS], double side[UNKNOWNS], int 
 
 // ---- A turn and a shift --------------------------------------------------------------------------------------------
 
+// Returns the focal length along an axis of the small photo.
+static double focal_px(const struct vw_check_photo *photo, int axis) {
+    const struct vw_camera *camera = &photo->view->camera;
+    return (axis ? camera->focal_y_px : camera->focal_x_px) * photo->small_per_px;
+}
+
 // Computes how a place in the photo moves (focal lengths) with a turn about the camera's axes, in radians, and with its
 // shift along them, in depths of the point.
 static void derive(const struct vw_check_photo *photo, const struct match *match, double rows[2][UNKNOWNS]) {
@@ -67,13 +73,13 @@ static void derive(const struct vw_check_photo *photo, const struct match *match
 // Adds the equations of a match to the least squares of the first `count` unknowns.
 static void add_equations(const struct vw_check_photo *photo, const struct match *match, double depth_unit, int count,
                           double matrix[UNKNOWNS][UNKNOWNS], double side[UNKNOWNS]) {
-    double rows[2][UNKNOWNS], focal_px = vw_check_focal_px(photo);
+    double rows[2][UNKNOWNS];
     derive(photo, match, rows);
     for (int r = 0; r < 2; r++)
         for (int i = 0; i < count; i++) {
             double of_i = rows[r][i] * (i < 3 ? 1 : depth_unit / match->depth);
             for (int j = 0; j < count; j++) matrix[i][j] += of_i * rows[r][j] * (j < 3 ? 1 : depth_unit / match->depth);
-            side[i] += of_i * match->away_px[r] / focal_px;
+            side[i] += of_i * match->away_px[r] / focal_px(photo, r);
         }
 }
 
@@ -85,7 +91,7 @@ static uint32_t count_fitting(const struct vw_check_photo *photo, const double t
         double rows[2][UNKNOWNS], apart_px = 0;
         derive(photo, match, rows);
         for (int r = 0; r < 2; r++)
-            apart_px = hypot(apart_px, vw_check_focal_px(photo) * vw_dot(rows[r], turn, 3) - match->away_px[r]);
+            apart_px = hypot(apart_px, focal_px(photo, r) * vw_dot(rows[r], turn, 3) - match->away_px[r]);
         match->fits = apart_px <= INLIER_PX;
         fitting += match->fits;
     }
@@ -132,7 +138,7 @@ static void move_pose(double pose[3][4], const double turn[3], const double shif
     }
 }
 
-// Refines the pose by all matches that fit, with Gauss and Newton; `shown_px`: where the photo shows them.
+// Refines the pose by all matches that fit, with Gauss and Newton.
 static void refine(const struct vw_check_photo *photo, double depth_unit, struct matches *matches, double pose[3][4]) {
     struct vw_view view = *photo->view;
     struct vw_check_photo moved = *photo;
@@ -277,6 +283,7 @@ enum vw_status vw_check_explain(const struct vw_check_photos *photos, uint32_t v
     if (!turned_over) evidence->turned_over_deg = 0;
     if (!shows) evidence->shows = UINT32_MAX;
     if (!found) evidence->turned_deg = evidence->moved_px = NAN;
+    for (int i = 0; i < 12 && !found; i++) evidence->pose_found[i / 4][i % 4] = NAN;
     if (shows)
         memcpy(posed.camera_to_world, photos->list[evidence->shows].view->camera_to_world,
                sizeof posed.camera_to_world);

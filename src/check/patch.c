@@ -24,7 +24,7 @@ static bool normalise(struct vw_patch *patch) {
 static bool has_corner(const struct vw_plane *plane, const double at_px[2], const double steps_px[2][2], int u, int v) {
     double x = at_px[0] + u * steps_px[0][0] + v * steps_px[1][0];
     double y = at_px[1] + u * steps_px[0][1] + v * steps_px[1][1];
-    return x >= 0.5 && y >= 0.5 && x < plane->width_px - 1.0 && y < plane->height_px - 1.0;
+    return x >= 0.501 && y >= 0.501 && x < plane->width_px - 1.001 && y < plane->height_px - 1.001; // despite rounding
 }
 
 bool vw_patch_read(const struct vw_plane *plane, const double at_px[2], const double steps_px[2][2],
@@ -33,21 +33,31 @@ bool vw_patch_read(const struct vw_plane *plane, const double at_px[2], const do
         if (!has_corner(plane, at_px, steps_px, corner & 1 ? VW_PATCH_REACH_PX : -VW_PATCH_REACH_PX,
                         corner & 2 ? VW_PATCH_REACH_PX : -VW_PATCH_REACH_PX))
             return false;
-    float across[2] = {(float)steps_px[0][0], (float)steps_px[0][1]};
     for (int v = 0; v < VW_PATCH_SIDE; v++) {
         double down = v - VW_PATCH_REACH_PX;
-        float x = (float)(at_px[0] - 0.5 - VW_PATCH_REACH_PX * steps_px[0][0] + down * steps_px[1][0]);
-        float y = (float)(at_px[1] - 0.5 - VW_PATCH_REACH_PX * steps_px[0][1] + down * steps_px[1][1]);
-        for (int u = 0; u < VW_PATCH_SIDE; u++, x += across[0], y += across[1]) {
+        double x = at_px[0] - 0.5 - VW_PATCH_REACH_PX * steps_px[0][0] + down * steps_px[1][0];
+        double y = at_px[1] - 0.5 - VW_PATCH_REACH_PX * steps_px[0][1] + down * steps_px[1][1];
+        for (int u = 0; u < VW_PATCH_SIDE; u++, x += steps_px[0][0], y += steps_px[0][1]) {
             int left = (int)x, top = (int)y;
             const float *above = plane->values + (size_t)top * plane->width_px + left;
             const float *below = above + plane->width_px;
-            float right = x - (float)left;
+            float right = (float)(x - left), lower_share = (float)(y - top);
             float upper = above[0] + right * (above[1] - above[0]), lower = below[0] + right * (below[1] - below[0]);
-            patch->values[v * VW_PATCH_SIDE + u] = upper + (y - (float)top) * (lower - upper);
+            patch->values[v * VW_PATCH_SIDE + u] = upper + lower_share * (lower - upper);
         }
     }
     return normalise(patch);
+}
+
+bool vw_patch_is_known(const struct vw_plane *plane, const double at_px[2]) {
+    if (!(at_px[0] >= VW_PATCH_REACH_PX && at_px[1] >= VW_PATCH_REACH_PX &&
+          at_px[0] < (double)plane->width_px - VW_PATCH_REACH_PX &&
+          at_px[1] < (double)plane->height_px - VW_PATCH_REACH_PX))
+        return false;
+    size_t left = (size_t)at_px[0] - VW_PATCH_REACH_PX, top = (size_t)at_px[1] - VW_PATCH_REACH_PX;
+    for (size_t i = 0; i < VW_PATCH_PIXELS; i++)
+        if (isnan(plane->values[(top + i / VW_PATCH_SIDE) * plane->width_px + left + i % VW_PATCH_SIDE])) return false;
+    return true;
 }
 
 float vw_patch_correlate(const struct vw_patch *a, const struct vw_patch *b) {

@@ -21,6 +21,8 @@ struct vw_patch {
 // outside or masked, or it is flat.
 bool vw_patch_read(const struct vw_plane *plane, const double at_px[2], const double steps_px[2][2],
                    struct vw_patch *patch);
+// Returns whether the patch at the pixel of a position is in the plane, and no pixel of it is masked.
+bool vw_patch_is_known(const struct vw_plane *plane, const double at_px[2]);
 // Returns the correlation of two patches, -1 to 1.
 float vw_patch_correlate(const struct vw_patch *a, const struct vw_patch *b);
 // The rays of a position in a photo, and of those right of and below it: places along them, world units per depth.

@@ -32,7 +32,8 @@ static enum vw_status make_small(void *context, uint32_t index) {
     uint32_t width_px = photo->view->image.width_px, height_px = photo->view->image.height_px;
     uint32_t longer_px = width_px > height_px ? width_px : height_px;
     uint32_t factor = (longer_px + VW_CHECK_SIDE_PX - 1) / VW_CHECK_SIDE_PX;
-    if (width_px < factor || height_px < factor) factor = 1; // a strip
+    if (width_px < factor) factor = width_px; // a strip stays longer
+    if (height_px < factor) factor = height_px;
     struct vw_plane *small = &photo->small;
     *small = (struct vw_plane){.width_px = width_px / factor, .height_px = height_px / factor};
     small->values = vw_allocate((size_t)small->width_px * small->height_px, sizeof *small->values);
@@ -59,7 +60,7 @@ bool vw_check_project(const struct vw_check_photo *photo, const double place_wor
     *depth = -direction[VW_POSE_BACK];
     if (!vw_camera_project(&photo->view->camera, direction, &at_px[0], &at_px[1])) return false;
     for (int i = 0; i < 2; i++) at_px[i] *= photo->small_per_px;
-    return true;
+    return isfinite(at_px[0]) && isfinite(at_px[1]);
 }
 
 bool vw_check_unproject(const struct vw_check_photo *photo, const double at_px[2], double depth,
@@ -95,8 +96,10 @@ static void choose_others(struct vw_check_photos *photos, const struct vw_view_s
 
 enum vw_status vw_check_take_points(struct vw_check_photos *photos, const struct vw_made_point *made, uint32_t count) {
     const struct vw_scene *scene = photos->scene;
-    uint32_t track_count = scene->track_count, point_count = scene->point_count + count;
+    uint64_t track_count = scene->track_count, point_count = (uint64_t)scene->point_count + count;
     for (uint32_t i = 0; i < count; i++) track_count += made[i].view_count;
+    if (track_count > UINT32_MAX || point_count > UINT32_MAX)
+        return vw_fail(VW_ERROR_INPUT, "%s: its points are seen more than 2^32 times; leave some out", scene->path);
     free(photos->points);
     free(photos->tracked);
     photos->points = vw_allocate(point_count, sizeof *photos->points);
@@ -106,7 +109,7 @@ enum vw_status vw_check_take_points(struct vw_check_photos *photos, const struct
         free(ends);
         return VW_ERROR_MEMORY;
     }
-    photos->point_count = point_count;
+    photos->point_count = (uint32_t)point_count;
     for (uint32_t t = 0; t < scene->track_count; t++) ends[scene->tracks[t].view + 1]++;
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t k = 0; k < made[i].view_count; k++) ends[made[i].views[k] + 1]++;

@@ -9,7 +9,7 @@
 #include "viewworth/status.h"
 
 enum {
-    VW_CHECK_SIDE_PX = 256, // longer side of a small photo, at most
+    VW_CHECK_SIDE_PX = 256, // longer side of a small photo, at most; a strip of few pixels may be longer
     VW_CHECK_OTHERS = 8     // nearest photos of a photo
 };
 
@@ -53,7 +53,8 @@ enum vw_status vw_check_make_points(const struct vw_check_photos *photos, struct
 // Takes points in addition to the scene's.
 enum vw_status vw_check_take_points(struct vw_check_photos *photos, const struct vw_made_point *made, uint32_t count);
 
-// Computes where a photo sees a place, in small pixels, and its depth along the axis; false: behind it.
+// Computes where a photo sees a place, in small pixels, and its depth along the axis; false: behind it, or
+// farther off the axis than numbers go.
 bool vw_check_project(const struct vw_check_photo *photo, const double place_world[3], double at_px[2], double *depth);
 // Computes the place at a depth of a position in the small photo; false where the lens has no inverse.
 bool vw_check_unproject(const struct vw_check_photo *photo, const double at_px[2], double depth, double place_world[3]);

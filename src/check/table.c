@@ -28,7 +28,7 @@ enum vw_status vw_check_make_rows(const struct vw_scene *scene, const struct vw_
     if (!made) return VW_ERROR_MEMORY;
     for (uint32_t v = 0, d = 0; v < scene->view_count; v++) {
         const struct vw_photo_evidence *evidence = &check->evidence[v];
-        if (scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
+        if (scene->views[v].split == VW_SPLIT_EXCLUDED) continue; // it has no defect
         struct vw_check_row *row = &made[made_count++];
         *row = (struct vw_check_row){.name = scene->views[v].name,
                                      .split = vw_split_name(scene->views[v].split),

@@ -145,7 +145,7 @@ enum vw_status vw_params_open_scene(const struct vw_scene_params *params,
     struct vw_scene_params opened = *params;
     opened.headers_only = true;
     enum vw_status status = vw_scene_open(&opened, scene);
-    if (!status && !opened.downscale) opened.downscale = choose_downscale(*scene);
+    if (!status && choose_downscale && !opened.downscale) opened.downscale = choose_downscale(*scene);
     if (!status && strcmp((*scene)->format, "recipe") == 0) status = vw_open_gpu(device, false, gpu);
     vw_scene_close(scene);
     opened.headers_only = false;

@@ -37,7 +37,7 @@ enum vw_status vw_params_settle(const struct vw_options *options, const char *de
                                 struct vw_config *config);
 
 // Opens a scene with its pixels, and first a device for a recipe, which `*gpu` owns; NULL otherwise. Without a
-// downscale it is chosen by the headers.
+// downscale the headers choose it (NULL: 1).
 enum vw_status vw_params_open_scene(const struct vw_scene_params *params,
                                     uint32_t (*choose_downscale)(const struct vw_scene *headers), const char *device,
                                     struct vw_gpu **gpu, struct vw_scene **scene);

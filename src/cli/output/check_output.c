@@ -23,10 +23,11 @@ static enum vw_status list_found(const struct vw_checked *checked, struct vw_che
 
 static json_t *to_json(const struct vw_checked *checked, uint32_t found_count) {
     const struct vw_rows rows = vw_check_rows(checked->rows, checked->row_count);
-    return json_pack("{s:s, s:i, s:i, s:i, s:i, s:i, s:f, s:o}", "scene", checked->scene->path, "photos",
-                     (int)checked->row_count, "found", (int)found_count, "unknown", (int)count_unknown(checked),
-                     "points", (int)checked->check->point_count, "made_points", (int)checked->check->made_count,
-                     "seconds", checked->seconds, "checks", vw_rows_to_json(&rows));
+    return json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:f, s:o}", "scene", checked->scene->path, "photos",
+                     (json_int_t)checked->row_count, "found", (json_int_t)found_count, "unknown",
+                     (json_int_t)count_unknown(checked), "points", (json_int_t)checked->check->point_count,
+                     "made_points", (json_int_t)checked->check->made_count, "seconds", checked->seconds, "checks",
+                     vw_rows_to_json(&rows));
 }
 
 static void print(const struct vw_checked *checked, const struct vw_check_row *found, uint32_t found_count) {

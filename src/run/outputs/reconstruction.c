@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/json.h"
 #include "base/statistics.h"
@@ -126,6 +127,19 @@ static enum vw_status measure(struct measuring *measuring) {
     return status;
 }
 
+// Refuses a scene that is no longer the one trained on.
+static enum vw_status check_same(const struct vw_scene *trained, const struct vw_scene *sized) {
+    bool same = trained->view_count == sized->view_count;
+    for (uint32_t v = 0; same && v < trained->view_count; v++)
+        same = strcmp(trained->views[v].name, sized->views[v].name) == 0 &&
+               trained->views[v].split == sized->views[v].split;
+    return same ? VW_OK
+                : vw_fail(VW_ERROR_INPUT,
+                          "%s: its photos have changed since the training began; restore them, and "
+                          "run the same command with --resume",
+                          trained->path);
+}
+
 enum vw_status vw_reconstruction_open_scene(const struct vw_reconstruction_params *params, struct vw_scene **sized) {
     struct vw_scene_params options;
     json_t *texts = NULL;
@@ -137,6 +151,7 @@ enum vw_status vw_reconstruction_open_scene(const struct vw_reconstruction_param
         options.gpu = params->gpu;
         options.downscale = downscale;
         status = vw_scene_open(&options, sized);
+        if (!status) status = check_same(params->scene, *sized);
     }
     json_decref(texts);
     return status;

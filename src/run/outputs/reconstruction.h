@@ -26,8 +26,8 @@ uint32_t vw_reconstruction_downscale(const struct vw_scene *scene, uint32_t trai
 // Returns the most rays that measuring takes.
 double vw_reconstruction_rays(const struct vw_scene *scene, uint32_t trained_downscale);
 
-// Opens the scene at the size that is measured; `*sized` stays NULL if the scene has it. Pixels are read photo by
-// photo.
+// Opens the scene at the size that is measured; `*sized` stays NULL if the scene has it. VW_ERROR_INPUT if its photos
+// are no longer those of the scene.
 enum vw_status vw_reconstruction_open_scene(const struct vw_reconstruction_params *params, struct vw_scene **sized);
 
 // Renders whole test photos, or validation photos where there is no test photo: at most VW_RECONSTRUCTION_VIEWS_MAX,
