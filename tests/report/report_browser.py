@@ -31,7 +31,7 @@ def read_scores(folder, run, method):
 
 def read_advice(folder):
     with open(f'{folder}/run/advice.csv', newline='', encoding='utf-8') as file:
-        return {row['name']: (row['advice'], row['reason']) for row in csv.DictReader(file)}
+        return {row['name']: (row['advice'], ': '.join(filter(None, [row['reason'], row['description']]))) for row in csv.DictReader(file)}
 
 
 def numbers(texts):

@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# viewworth check: every defect of the courtyard with its reason and nothing more, in text, JSON and CSV, without a device where none is
+# needed; and that a run advises by it.
+# usage: test_check.sh VIEWWORTH
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+. tests/support/shell_test.sh
+viewworth=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+# answers SQL COMMAND...: the condition on the column j holds of the JSON that the command prints.
+answers() {
+    local sql=$1
+    shift
+    "$@" >"$folder/answer.json" 2>/dev/null || return 1
+    [[ $(sqlite3 :memory: "CREATE TABLE t (j); INSERT INTO t VALUES (CAST(readfile('$folder/answer.json') AS TEXT)); SELECT $sql FROM t") == 1 ]]
+}
+
+# first_defects: lists photos with a defect and the first of them, sorted, from the table.
+first_defects() { sqlite3 -separator ' ' :memory: ".import --csv $1 t" "SELECT name, substr(defects || ';', 1, instr(defects || ';', ';') - 1)
+    FROM t WHERE defects != '' ORDER BY name"; }
+
+# Labels of the recipe by the ledger of a run, in the words of the check: a Gaussian blur is seen through the pixels' grid, along which it
+# may be uneven.
+truth() { sqlite3 -separator ' ' "$1" "SELECT name, CASE ground_truth WHEN 'wrong_pose' THEN 'pose' ELSE ground_truth END FROM image
+    WHERE ground_truth != 'clean' ORDER BY name"; }
+
+check "the courtyard is checked" "$viewworth" check scenes/courtyard.json --to "$folder/check.csv" >"$folder/text" 2>/dev/null
+check "a run of one epoch notes the truth" "$viewworth" value scenes/courtyard.json --out "$folder/out" --quiet --field hash --rays 16 \
+    --samples 4 --epochs 3 --effects none --no-thumbnails
+check "twelve of twelve, each with its reason, and no other photo" diff <(first_defects "$folder/check.csv" | sed 's/motion blur/blur/') \
+    <(truth "$folder/out/ledger.db")
+check "the text counts them" grep -q '^found    12 photos to look at$' "$folder/text"
+check "  and says what to do" grep -qE '^view_007 +pose +taken 8\.0 degrees .* off its pose +correct its pose' "$folder/text"
+check "the turned poses are measured" test "$(sqlite3 :memory: ".import --csv $folder/check.csv t" "SELECT count(*) FROM t
+    WHERE defects LIKE 'pose%' AND abs(turned_deg - 8) < 0.3")" = 3
+check "--json has all photos, and their evidence" answers "j ->> '\$.found' = 12 AND json_array_length(j, '\$.checks') = 48
+    AND j ->> '\$.checks[7].turned_deg' > 7 AND json_type(j, '\$.checks[1].remedy') = 'null'" \
+    "$viewworth" check scenes/courtyard.json --json
+check "the run says look at these that train, whatever their credit" diff <(sqlite3 -separator ' ' :memory: ".import --csv $folder/out/advice.csv t" \
+    "SELECT name, reason FROM t WHERE advice = 'look' AND description != '' ORDER BY name" | sed 's/motion blur/blur/') \
+    <(sqlite3 -separator ' ' "$folder/out/ledger.db" "SELECT name, CASE ground_truth WHEN 'wrong_pose' THEN 'pose' ELSE ground_truth END
+    FROM image WHERE ground_truth != 'clean' AND split = 'train' ORDER BY name")
+check "advice has the evidence" grep -q '^name,advice,reason,.*,description,in_place,hidden_share,turned_deg,stops,' "$folder/out/advice.csv"
+
+# refused STATUS TEXT COMMAND...: the command fails with the status, and its last line says so.
+refused() {
+    local status=$1 text=$2
+    shift 2
+    "$@" >/dev/null 2>"$folder/error"
+    [[ $? -eq $status ]] && tail -1 "$folder/error" | grep -q "$text"
+}
+
+check "a table that cannot be written fails" refused 1 "no-such-folder" "$viewworth" check scenes/eight.json --to "$folder/no-such-folder/t.csv"
+check "a scene that is missing is refused" refused 2 "no-such-scene" "$viewworth" check "$folder/no-such-scene"
+conclude "$@"
