@@ -50,7 +50,7 @@ char *vw_defect_describe(const struct vw_defect *defect, const char *other, char
         break;
     case VW_DEFECT_NOISE: snprintf(text, bytes, "%.1f times as noisy as others", amount); break;
     default:
-        if (defect->detail > 0) snprintf(text, bytes, "%.0f %% of its points are behind it", 100 * defect->detail);
+        if (defect->detail > 0) snprintf(text, bytes, "it faces away from %.0f %% of its points", 100 * defect->detail);
         else snprintf(text, bytes, "its tracks are %.1f px from its points", amount);
     }
     vw_text_make_line(text); // a name may have been cut within a character

@@ -17,7 +17,7 @@ enum vw_defect_kind {
     VW_DEFECT_MOTION_BLUR, // the same, in the direction `detail`, degrees
     VW_DEFECT_EXPOSURE,    // stops
     VW_DEFECT_NOISE,       // times that of other photos
-    VW_DEFECT_TRACKS,      // pixels between tracks and points; `detail`: share of points behind the photo
+    VW_DEFECT_TRACKS,      // pixels between tracks and points; `detail`: share of points it faces away from
     VW_DEFECT_COUNT
 };
 
@@ -37,10 +37,10 @@ struct vw_defect {
     uint32_t other;        // the photo that it shows or repeats, likewise; VW_DEFECT_NO_OTHER: none
 };
 
-// What was found out about a photo. Numbers as in check/check.h; NaN: unknown.
+// The findings on a photo. Numbers as in check/check.h; NaN: unknown.
 struct vw_photo_finding {
     const char *word;                       // static, of the first defect; NULL: none was found
-    char description[VW_DEFECT_TEXT_BYTES]; // of that
+    char description[VW_DEFECT_TEXT_BYTES]; // the first defect's
     double in_place, hidden, turned_deg, stops, sharpness, noise;
 };
 extern const struct vw_photo_finding vw_photo_finding_unknown;

@@ -8,7 +8,7 @@
 #include "image/image.h"
 
 enum { REACH_PX = 12, SIDE_PX = 2 * REACH_PX, NEAR_LEAST_PX = 3, ROUNDS = 10, FEW = 8, EVERY = 2 };
-static const double NEAR_SHARE = 0.05;   // of the longer side of a photo
+static const double NEAR_SHARE = 0.05;   // share of the longer side of a photo
 static const double SCALES_APART = 0.5;  // log2 of magnification: beyond, a photo shows details of another size
 static const double SHOWN_LEAST = 0.15;  // share of the points
 static const double OPAQUE_LEAST = 0.25; // share of a window
@@ -112,7 +112,7 @@ uint32_t vw_beside_measure(const struct vw_check_photos *photos, uint32_t view, 
                            struct vw_beside *made) {
     uint32_t count = 0, shown = 0;
     for (uint32_t i = 0; i < expected->count; i++) shown += expected->list[i].shown;
-    bool only_shown = shown >= SHOWN_LEAST * expected->count; // what covers others tells nothing of the photo
+    bool only_shown = shown >= SHOWN_LEAST * expected->count; // cover tells nothing of the photo
     for (uint32_t i = 0; i < expected->count; i += EVERY) {
         const struct vw_expected_point *point = &expected->list[i];
         const struct vw_check_photo *photo = &photos->list[view];

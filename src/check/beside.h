@@ -1,4 +1,4 @@
-// How bright, sharp and noisy a photo is beside others that show the same points. Internal to src/check.
+// Brightness, sharpness and noise of a photo beside others that show the same points. Internal to src/check.
 #ifndef VIEWWORTH_CHECK_BESIDE_H
 #define VIEWWORTH_CHECK_BESIDE_H
 
@@ -6,7 +6,7 @@
 
 enum { VW_SHARPNESS_DIRECTIONS = 8, VW_SHARPNESS_LEVELS = 3 };
 
-// What is measured in a window around a point. Logarithms; all but the first without regard to contrast.
+// The measures in a window around a point. Logarithms; all but the first without regard to contrast.
 enum { VW_BESIDE_STOPS, VW_BESIDE_NOISE, VW_BESIDE_SHARPNESS };
 enum { VW_BESIDE_COUNT = VW_BESIDE_SHARPNESS + VW_SHARPNESS_LEVELS * VW_SHARPNESS_DIRECTIONS };
 
@@ -19,7 +19,7 @@ struct vw_beside {
 // Measures a photo at the points that it should show; room for 2 VW_EXPECTED_MOST. Returns the number made.
 uint32_t vw_beside_measure(const struct vw_check_photos *photos, uint32_t view, const struct vw_expected *expected,
                            struct vw_beside *made);
-// What a photo has more than others, by its comparisons: their median and quarters. Where there are few the quarters
+// The level of a photo beside others, by its comparisons: their median and quarters. Where there are few the quarters
 // are NaN, and the median is 0, so that it changes nobody else's.
 struct vw_beside_level {
     double median, low, high;

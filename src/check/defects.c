@@ -13,9 +13,9 @@ static const double IN_PLACE_LEAST = 0.33; // untouched photos had 0.36 and more
 static const double HIDDEN = 0.04;         // untouched photos had less, but for 1 of 1,400
 static const double HIDDEN_WIDELY = 0.15;  // so much makes a photo show little of what its pose sees
 static const double SHARP = 0.68; // upper quarter: untouched photos had 0.75 and more, blur of 1 px 0.66 and less
-static const double EVEN = 0.72;  // of blurred photos; motion of 5 px and more had 0.65 and less
+static const double EVEN = 0.72;  // blurred photos: motion of 5 px and more had 0.65 and less
 static const double STOPS = 0.42; // 98 of 100 untouched photos had less
-static const double STOPS_SPREADS = 2.3; // of the photo's own points: surfaces that shine differ by direction
+static const double STOPS_SPREADS = 2.3; // spreads of the photo's points: surfaces that shine differ by direction
 static const double NOISY = 2.4;         // lower quarter: untouched photos had 2.1 and less
 static const double NOISIER = 5;         // though something with a pattern hides a quarter of the photo
 static const double HIDDEN_QUARTER = 0.25;
@@ -25,7 +25,7 @@ static const double BEHIND = 0.05; // share of tracked points
 static const double SPREADS = 3, MEDIAN_SHARE = 0.5, TIMES_MEDIAN = 4;
 enum { POINTS_LEAST = 24, TRACKS_LEAST = 8 };
 
-// What is usual among the photos of a scene.
+// The usual measure among the photos of a scene.
 struct usual {
     double median, spread;
 };

@@ -12,13 +12,13 @@ struct vw_photo_evidence {
     uint32_t expected_count; // points that it should show
     double in_place;         // share of them that it shows within 1.25 small pixels
     double hidden; // share of the photo in the largest region that shows none of them, though others are shown
-    // Beside photos that show the same points: a median over these, and what quarters of them have.
+    // Measures beside photos that show the same points: a median over these, and quarters of them.
     double stops, stops_spread;       // exposure: log2 of linear luminance; half of the range of the middle half
     double sharpness, sharpness_high; // amplitude of the finest details, in the direction that has least; upper quarter
     double evenness;                  // that divided by the amplitude in the direction that has most
     double motion_deg;                // that direction: 0 along x, 90 along y
     double noise;                     // amplitude of what has no direction: lower quarter
-    // What it shows instead, where few are in place: the shares that are in place
+    // Shares that are in place by another explanation, where few are
     double turned_over_in_place, found_in_place, shows_in_place;
     double turned_over_deg;      // 90, 180 or 270: once its pixels are turned back by so much; 0: not so
     double turned_deg, moved_px; // at another pose than the scene's, so far away; NaN: not so
@@ -26,7 +26,7 @@ struct vw_photo_evidence {
     uint32_t shows;              // at the pose of another photo (scene index); UINT32_MAX: not so
     uint32_t tracks;             // points of the scene that it tracks
     double track_px;             // median distance of these tracks from where its pose sees the points
-    double behind;               // share of these points that are behind it
+    double behind;               // share of these points that it faces away from
     uint32_t copy_of;            // scene index of the photo to keep of its near-duplicates; UINT32_MAX: itself
     double similarity;           // to the first of them
 };

@@ -51,7 +51,7 @@ static bool expect(const struct vw_check_photos *photos, const struct vw_check_p
     point->between = are_opposite(photos, photo, point->references[0], point->references[1]);
     float alike = vw_patch_correlate(&patches[0], &patches[1]);
     if (!(alike >= ALIKE)) return false;
-    float scale = 1 / sqrtf(2 + 2 * alike); // of the sum of two vectors of length 1
+    float scale = 1 / sqrtf(2 + 2 * alike); // the sum of two vectors of length 1 is longer
     for (int i = 0; i < VW_PATCH_PIXELS; i++)
         point->patch.values[i] = scale * (patches[0].values[i] + patches[1].values[i]);
     return true;
@@ -123,8 +123,8 @@ enum { GRID = 24 };                      // cells along a side
 static const double SPREAD = 0.045;      // standard deviation of a point's weight, of the longer side
 static const double SUPPORT_LEAST = 0.9; // sum of weights
 static const double MISSING_LEAST = 0.6; // share of them of points that are not shown
-// Of the missing points of a region: share that photos on both sides see, which hardly are behind something; a region
-// of WIDE_SHARE of the photo needs none.
+// Share of the missing points of a region that photos on both sides see, so that hardly anything of the scene hides
+// them; a region of WIDE_SHARE of the photo needs none.
 static const double BETWEEN_LEAST = 0.15, WIDE_SHARE = 0.3;
 // Limits of what a region may have that something strange covers: points missing elsewhere, of which a large region has
 // more at its edges; and places that others agree on, per cell inside by those outside.

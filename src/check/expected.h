@@ -16,11 +16,11 @@ struct vw_expected_point {
     uint32_t point, references[2]; // two photos that show it alike, scene indices
     double at_px[2], depth;        // where the pose sees it, in small pixels
     double reference_px[2][2];     // where they see it, in their small pixels
-    double magnification[2];       // of the photo beside each of them, per small pixel
+    double magnification[2];       // its scale beside that of each, per small pixel
     struct vw_patch patch;         // the mean of how they show it, as the pose sees it
     bool known;                    // the photo has pixels there that are not masked
     bool shown, in_place;          // near there; and to less than IN_PLACE_PX
-    bool between; // the photo was taken between two of those: what it does not show is hardly behind something
+    bool between; // the photo was taken between two of those: hardly anything of the scene hides it there
 };
 
 // Owned by the caller, made once for many photos.

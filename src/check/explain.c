@@ -9,10 +9,10 @@
 #include "base/statistics.h"
 
 enum { SEARCH_PX = 36, DRAWS = 400, ROUNDS = 8, UNKNOWNS = 6 };
-static const float MATCHED = 0.65F;      // correlation with a place elsewhere
-static const double INLIER_PX = 2.5;     // small pixels
-static const double FITTING_LEAST = 0.3; // share of the points, for a pose to be refined
-static const double SHIFT_SPREAD = 0.1;  // of a camera's shift, in median depths: without relief, a turn explains more
+static const float MATCHED = 0.65F;          // correlation with a place elsewhere
+static const double INLIER_PX = 2.5;         // small pixels
+static const double FITTING_LEAST = 0.3;     // share of the points, for a pose to be refined
+static const double SHIFT_SPREAD = 0.1;      // a camera's shift, in median depths: without relief, a turn explains more
 static const double BETTER = 2, GOOD = 0.25; // shares in place: times that by the scene's pose, and at least
 
 // A place of a point in the photo.
@@ -64,7 +64,7 @@ static void derive(const struct vw_check_photo *photo, const struct match *match
     const struct vw_camera *camera = &photo->view->camera;
     double x = (match->at_px[0] / photo->small_per_px - camera->centre_x_px) / camera->focal_x_px;
     double y = (match->at_px[1] / photo->small_per_px - camera->centre_y_px) / camera->focal_y_px; // down
-    // Of X' = X - w x X - s in axes right, up, back, at X = (x, -y, -1) depths.
+    // Derivatives of X' = X - w x X - s in axes right, up, back, at X = (x, -y, -1) depths.
     const double of_x[UNKNOWNS] = {x * y, 1 + x * x, -y, -1, 0, -x}, of_y[UNKNOWNS] = {1 + y * y, x * y, x, 0, 1, -y};
     memcpy(rows[0], of_x, sizeof of_x);
     memcpy(rows[1], of_y, sizeof of_y);

@@ -9,7 +9,7 @@
 
 enum {
     CELLS_MOST = 12,      // along a side; a corner of each is tried
-    CORNERS_MOST = 20000, // of all photos, for the time that it takes
+    CORNERS_MOST = 20000, // all photos, for the time that it takes
     DEPTHS_MOST = 200,    // tried of a corner
     FINER = 2,            // on each side of the best, between it and the next
     COMPARED = 4          // photos that it is compared with, before the best depth is known

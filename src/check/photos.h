@@ -53,7 +53,7 @@ enum vw_status vw_check_make_points(const struct vw_check_photos *photos, struct
 // Takes points in addition to the scene's.
 enum vw_status vw_check_take_points(struct vw_check_photos *photos, const struct vw_made_point *made, uint32_t count);
 
-// Computes where a photo sees a place, in small pixels, and its depth along the axis; false: behind it, or
+// Computes where a photo sees a place, in small pixels, and its depth along the axis; false: it faces away, or
 // farther off the axis than numbers go.
 bool vw_check_project(const struct vw_check_photo *photo, const double place_world[3], double at_px[2], double *depth);
 // Computes the place at a depth of a position in the small photo; false where the lens has no inverse.

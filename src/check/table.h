@@ -12,7 +12,7 @@ struct vw_check_row {
     const char *name, *split;
     const char *defect;                     // the word of the first one; NULL: none was found
     char defects[VW_CHECK_DEFECTS_BYTES];   // all words, with semicolons between
-    char description[VW_DEFECT_TEXT_BYTES]; // of the first one
+    char description[VW_DEFECT_TEXT_BYTES]; // the first defect
     const char *remedy;
     const char *shows, *copy_of; // names; NULL: none
     const struct vw_photo_evidence *evidence;

@@ -14,12 +14,13 @@ answers() {
     local sql=$1
     shift
     "$@" >"$folder/answer.json" 2>/dev/null || return 1
-    [[ $(sqlite3 :memory: "CREATE TABLE t (j); INSERT INTO t VALUES (CAST(readfile('$folder/answer.json') AS TEXT)); SELECT $sql FROM t") == 1 ]]
+    [[ $(sqlite3 :memory: "CREATE TABLE t (j); INSERT INTO t VALUES (CAST(readfile('$folder/answer.json') AS TEXT));
+        SELECT $sql FROM t") == 1 ]]
 }
 
 # first_defects: lists photos with a defect and the first of them, sorted, from the table.
-first_defects() { sqlite3 -separator ' ' :memory: ".import --csv $1 t" "SELECT name, substr(defects || ';', 1, instr(defects || ';', ';') - 1)
-    FROM t WHERE defects != '' ORDER BY name"; }
+first_defects() { sqlite3 -separator ' ' :memory: ".import --csv $1 t" "SELECT name,
+    substr(defects || ';', 1, instr(defects || ';', ';') - 1) FROM t WHERE defects != '' ORDER BY name"; }
 
 # Labels of the recipe by the ledger of a run, in the words of the check: a Gaussian blur is seen through the pixels' grid, along which it
 # may be uneven.
@@ -38,11 +39,13 @@ check "the turned poses are measured" test "$(sqlite3 :memory: ".import --csv $f
 check "--json has all photos, and their evidence" answers "j ->> '\$.found' = 12 AND json_array_length(j, '\$.checks') = 48
     AND j ->> '\$.checks[7].turned_deg' > 7 AND json_type(j, '\$.checks[1].remedy') = 'null'" \
     "$viewworth" check scenes/courtyard.json --json
-check "the run says look at these that train, whatever their credit" diff <(sqlite3 -separator ' ' :memory: ".import --csv $folder/out/advice.csv t" \
-    "SELECT name, reason FROM t WHERE advice = 'look' AND description != '' ORDER BY name" | sed 's/motion blur/blur/') \
+check "the run says look at these that train, whatever their credit" \
+    diff <(sqlite3 -separator ' ' :memory: ".import --csv $folder/out/advice.csv t" "SELECT name, reason FROM t
+    WHERE advice = 'look' AND description != '' ORDER BY name" | sed 's/motion blur/blur/') \
     <(sqlite3 -separator ' ' "$folder/out/ledger.db" "SELECT name, CASE ground_truth WHEN 'wrong_pose' THEN 'pose' ELSE ground_truth END
     FROM image WHERE ground_truth != 'clean' AND split = 'train' ORDER BY name")
-check "advice has the evidence" grep -q '^name,advice,reason,.*,description,in_place,hidden_share,turned_deg,stops,' "$folder/out/advice.csv"
+check "advice has the evidence" grep -q '^name,advice,reason,.*,description,in_place,hidden_share,turned_deg,stops,' \
+    "$folder/out/advice.csv"
 
 # refused STATUS TEXT COMMAND...: the command fails with the status, and its last line says so.
 refused() {
@@ -52,6 +55,7 @@ refused() {
     [[ $? -eq $status ]] && tail -1 "$folder/error" | grep -q "$text"
 }
 
-check "a table that cannot be written fails" refused 1 "no-such-folder" "$viewworth" check scenes/eight.json --to "$folder/no-such-folder/t.csv"
+check "a table that cannot be written fails" refused 1 "no-such-folder" "$viewworth" check scenes/eight.json \
+    --to "$folder/no-such-folder/t.csv"
 check "a scene that is missing is refused" refused 2 "no-such-scene" "$viewworth" check "$folder/no-such-scene"
 conclude "$@"

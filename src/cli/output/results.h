@@ -31,7 +31,7 @@ enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);
 struct vw_checked {
     const struct vw_scene *scene;
     const struct vw_check *check;
-    const struct vw_check_row *rows; // of all photos
+    const struct vw_check_row *rows; // all photos
     uint32_t row_count;
     const char *table; // the file that has them; NULL: none
     double seconds;

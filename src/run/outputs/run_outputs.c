@@ -82,7 +82,7 @@ static void warn_of_distances(const struct vw_scene *scene, const struct vw_run_
     }
 }
 
-// Warns of photos with a defect that judge the others; advice has those that train.
+// Logs a warning for each photo with a defect that judges others; advice has those that train.
 static void warn_of_defects(const struct vw_scene *scene, const struct vw_photo_finding *findings) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         const struct vw_view *view = &scene->views[v];
