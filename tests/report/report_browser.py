@@ -131,8 +131,8 @@ def text_of(page, section):
 def map_is_right(browser, folder):
     page = Page(browser, f'{folder}/run/report.html')
     page.run('drawPending()')
-    run, ranking = data_of(page), page.ranking()
-    images, scores = run['images'], dict(read_scores(folder, 'run', 'dv_psnr'))
+    run, scores = data_of(page), dict(read_scores(folder, 'run', 'dv_psnr'))
+    images, ranking = run['images'], list(scores)
     for view in ('map-above', 'map-side'):
         sets = page.run("""return charts.get(arguments[0]).chart.data.datasets.map(set => ({style: set.pointStyle,
             images: set.data.map(point => point.image), colours: set.backgroundColor}))""", view)
@@ -296,8 +296,7 @@ def first_screen_is_right(browser, folder):
                 [one.title, one.lastChild.textContent])])""")
         words, all_told = ('keep', 'look', 'unclear'), [word for word, _ in told.values()]
         expect([one[:2] for one in shown] == [[word, all_told.count(word)] for word in words], shown)
-        for word, count, photos in shown:
-            expect(all(told[name] == (word, reason) for name, reason in photos) and len(photos) == min(count, 12), photos)
+        for word, count, photos in shown: expect(len(photos) == min(count, 12) and all(told[a] == (word, b) for a, b in photos), photos)
         expect('Reconstruction: ' in text_of(page, 'verdict'), text_of(page, 'verdict'))
         page = Page(browser, f'{folder}/told.html', width)
         parts = ['#verdict', '#pair .first img', '#pair .second img', *(f'[data-word={word}] img' for word in words), '#map-above canvas']
@@ -368,11 +367,12 @@ def runs_are_compared(browser, folder):
         page.choose('choose-method', method)
         a, b = dict(read_scores(folder, 'run', method)), dict(read_scores(folder, 'other', method))
         wanted = statistics.correlation(list(a.values()), [b[name] for name in a])
-        caption = page.run("return document.querySelector('#agreement-chart figcaption').textContent").replace('−', '-')
-        shown = float(re.search(r'r = (-?[0-9.]+)', caption)[1])
+        caption = page.run("return document.querySelector('#agreement-chart figcaption').textContent")
+        shown = float(re.search(r'r = (-?[0-9.]+)', caption.replace('−', '-'))[1])
         expect(abs(shown - wanted) < 0.002, f'{method}: {caption}, not {wanted}') # three digits are shown
     page.choose('choose-run', '1')
-    expect(page.ranking() == [name for name, _ in read_scores(folder, 'other', 'dv_loss')], page.ranking())
+    tiers = dict(page.run('return run().images.name.map((name, i) => [name, TIERS.findIndex(([word]) => word === run().advice.words[i])])'))
+    expect(page.ranking() == sorted(dict(read_scores(folder, 'other', 'dv_loss')), key=tiers.get), page.ranking())
 
 
 @check('the matrix shows matrix.csv, as text and on hover')

@@ -86,7 +86,8 @@ static void warn_of_distances(const struct vw_scene *scene, const struct vw_run_
 static void warn_of_defects(const struct vw_scene *scene, const struct vw_photo_finding *findings) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         const struct vw_view *view = &scene->views[v];
-        if (findings[v].word && (view->split == VW_SPLIT_VAL || view->split == VW_SPLIT_TEST))
+        bool told = findings[v].word == vw_defect_words[VW_DEFECT_COPY]; // near-duplicates have a warning of their own
+        if (findings[v].word && !told && (view->split == VW_SPLIT_VAL || view->split == VW_SPLIT_TEST))
             vw_log_warning("%s photo %s: %s (%s); look at it, or leave it out by --val or --test",
                            view->split == VW_SPLIT_VAL ? "validation" : "test", view->name, findings[v].word,
                            findings[v].description);
