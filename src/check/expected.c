@@ -60,8 +60,8 @@ static bool expect(const struct vw_check_photos *photos, const struct vw_check_p
 // Adds a point that two photos track, if the pose sees it where there is room for more; returns whether it did.
 static bool add(const struct vw_check_photos *photos, const struct vw_check_photo *photo, uint8_t *of_cells,
                 const struct vw_expected_point *made, struct vw_expected *expected) {
-    struct vw_expected_point *point = &expected->list[expected->count];
     if (expected->count == VW_EXPECTED_MOST) return false;
+    struct vw_expected_point *point = &expected->list[expected->count];
     *point = *made;
     if (!vw_check_project(photo, photos->points[point->point], point->at_px, &point->depth)) return false;
     double x = point->at_px[0] / photo->small.width_px, y = point->at_px[1] / photo->small.height_px;

@@ -222,8 +222,8 @@ static enum vw_status find_pose(const struct vw_check_photos *photos, const stru
 }
 
 // Returns the share of the points in place that another photo's pose sees; NaN if its photos have another size.
-static double shown_at(const struct vw_check_photos *photos, uint32_t view, uint32_t pose,
-                       struct vw_expected *expected) {
+static double in_place_at(const struct vw_check_photos *photos, uint32_t view, uint32_t pose,
+                          struct vw_expected *expected) {
     const struct vw_plane *plane = &photos->list[view].small, *other = &photos->list[pose].small;
     if (plane->width_px != other->width_px || plane->height_px != other->height_px) return NAN;
     vw_expected_list(photos, &photos->list[pose], view, expected);
@@ -234,7 +234,7 @@ static void find_photo(const struct vw_check_photos *photos, uint32_t view, stru
                        struct vw_photo_evidence *evidence) {
     const struct vw_check_photo *photo = &photos->list[view];
     for (uint32_t i = 0; i < photo->other_count; i++) {
-        double share = shown_at(photos, view, photo->others[i], expected);
+        double share = in_place_at(photos, view, photo->others[i], expected);
         if (!(share > fmax(evidence->shows_in_place, 0))) continue;
         evidence->shows_in_place = share;
         evidence->shows = photo->others[i];
@@ -283,7 +283,6 @@ enum vw_status vw_check_explain(const struct vw_check_photos *photos, uint32_t v
     if (!turned_over) evidence->turned_over_deg = 0;
     if (!shows) evidence->shows = UINT32_MAX;
     if (!found) evidence->turned_deg = evidence->moved_px = NAN;
-    for (int i = 0; i < 12 && !found; i++) evidence->pose_found[i / 4][i % 4] = NAN;
     if (shows)
         memcpy(posed.camera_to_world, photos->list[evidence->shows].view->camera_to_world,
                sizeof posed.camera_to_world);

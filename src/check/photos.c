@@ -100,8 +100,6 @@ enum vw_status vw_check_take_points(struct vw_check_photos *photos, const struct
     for (uint32_t i = 0; i < count; i++) track_count += made[i].view_count;
     if (track_count > UINT32_MAX || point_count > UINT32_MAX)
         return vw_fail(VW_ERROR_INPUT, "%s: its points are seen more than 2^32 times; leave some out", scene->path);
-    free(photos->points);
-    free(photos->tracked);
     photos->points = vw_allocate(point_count, sizeof *photos->points);
     photos->tracked = vw_allocate(track_count, sizeof *photos->tracked);
     uint32_t *ends = vw_allocate((size_t)photos->count + 1, sizeof *ends); // by photo, shifted by one while counting
@@ -142,7 +140,7 @@ enum vw_status vw_check_photos_open(const struct vw_scene *scene, struct vw_chec
     if (!status && compared) status = vw_view_scales_find(scene, &scales);
     for (uint32_t v = 0; v < scene->view_count && !status && compared; v++)
         if (photos->list[v].view) choose_others(photos, &scales, v);
-    return status ? status : vw_check_take_points(photos, NULL, 0);
+    return status;
 }
 
 void vw_check_photos_close(struct vw_check_photos *photos) {

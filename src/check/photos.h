@@ -44,13 +44,13 @@ struct vw_made_point {
     uint32_t views[VW_CHECK_TRACKS], view_count;
 };
 
-// Decodes and reduces the photos, finds neighbours, and takes the scene's points. Close it also after a failure.
+// Decodes and reduces the photos, and finds neighbours; points are not yet taken. Close it also after a failure.
 enum vw_status vw_check_photos_open(const struct vw_scene *scene, struct vw_check_photos *photos);
 void vw_check_photos_close(struct vw_check_photos *photos);
 // Finds places that photos show alike: by a corner of one photo, whose depth others agree on (a plane sweep: Collins,
 // "A space-sweep approach to true multi-image matching", CVPR 1996). `*made` is owned by the caller.
 enum vw_status vw_check_make_points(const struct vw_check_photos *photos, struct vw_made_point **made, uint32_t *count);
-// Takes points in addition to the scene's.
+// Takes the scene's points, and these in addition; once.
 enum vw_status vw_check_take_points(struct vw_check_photos *photos, const struct vw_made_point *made, uint32_t count);
 
 // Computes where a photo sees a place, in small pixels, and its depth along the axis; false: it faces away, or

@@ -1,6 +1,5 @@
 #include "check/table.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
