@@ -75,7 +75,8 @@ function toldAccuracy(one) {
 }
 
 function whyAdvised(one) {
-  const {basis, by_order: byOrder} = one.advice, looks = ' A look is advised at photos with a defect, and at those that fit badly and have low credit.';
+  const {basis, by_order: byOrder} = one.advice;
+  const looks = ' A look is advised at photos with a defect, and at those that fit badly and have low credit.';
   if (isTooCoarse(one)) return ' The reconstruction is too coarse to say which photos can be left out: train longer, for example by' +
     ' --accuracy reference.' + looks;
   if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here:' +
