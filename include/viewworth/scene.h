@@ -137,11 +137,13 @@ struct vw_scene_params {
     const char *train_list, *val_list, *test_list;
     const char *splits;      // splits.json of an earlier run, without the lists above; NULL: the scene decides
     const char *val_weights; // CSV file with the header name,weight; NULL: the weights of `splits`, or 1
-    const char *providers;   // CSV file with the header name,provider; NULL: none
-    uint32_t downscale;      // factor by which width and height are divided; 0: 1
-    uint32_t corrupt;        // number of train photos to corrupt (see below); 0: none
-    bool headers_only;       // read image headers, but no pixels and no file hashes; `hash` stays zero
-    struct vw_gpu *gpu;      // ray-traces recipes; may be NULL for other formats
+    // Folder of masks beside those of the scene: vw_mask_name() of a photo, before its own mask. NULL: none.
+    const char *masks;
+    const char *providers; // CSV file with the header name,provider; NULL: none
+    uint32_t downscale;    // factor by which width and height are divided; 0: 1
+    uint32_t corrupt;      // number of train photos to corrupt (see below); 0: none
+    bool headers_only;     // read image headers, but no pixels and no file hashes; `hash` stays zero
+    struct vw_gpu *gpu;    // ray-traces recipes; may be NULL for other formats
 };
 
 // Opens a scene; the caller closes it.
@@ -174,6 +176,12 @@ enum vw_status vw_scene_estimate_exposures(const struct vw_scene *scene, const s
 
 // Returns the bytes that the pixels of a view that is not excluded take, also before they are decoded.
 uint64_t vw_view_image_bytes(const struct vw_scene *scene, uint32_t view);
+
+// Returns the size of the photo's file; of a recipe that of the photo as loaded.
+void vw_view_file_size(const struct vw_scene *scene, uint32_t view, uint32_t size_px[2]);
+// Returns the name of the mask of a photo in a folder of masks, owned by the caller: its own, after images/ where that
+// is a folder of it, and .png, as COLMAP names masks. NULL when memory is short.
+char *vw_mask_name(const char *photo);
 
 // Limits the memory that the pixels of scenes opened from now on may take; 0, the default: half of the machine's. It is
 // never more than the machine has.

@@ -20,7 +20,7 @@ const char *const vw_defect_words[VW_DEFECT_COUNT] = {[VW_DEFECT_EMPTY] = "empty
                                                       [VW_DEFECT_TRACKS] = "tracks"};
 
 const struct vw_photo_finding vw_photo_finding_unknown = {
-    .in_place = NAN, .hidden = NAN, .turned_deg = NAN, .stops = NAN, .sharpness = NAN, .noise = NAN};
+    .in_place = NAN, .hidden = NAN, .turned_deg = NAN, .stops = NAN, .sharpness = NAN, .noise = NAN, .covered = NAN};
 
 const char *vw_defect_find_word(const char *word) {
     for (int kind = 0; word && kind < VW_DEFECT_COUNT; kind++)

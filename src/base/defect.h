@@ -42,6 +42,7 @@ struct vw_photo_finding {
     const char *word;                       // static, of the first defect; NULL: none was found
     char description[VW_DEFECT_TEXT_BYTES]; // the first defect's
     double in_place, hidden, turned_deg, stops, sharpness, noise;
+    double covered; // share of the photo that the trained field does not explain (run/outputs/cover_masks.h)
 };
 extern const struct vw_photo_finding vw_photo_finding_unknown;
 

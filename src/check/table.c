@@ -1,5 +1,6 @@
 #include "check/table.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,7 +57,8 @@ enum vw_status vw_photo_findings_make(const struct vw_scene *scene, struct vw_ph
                                             .turned_deg = evidence->turned_deg,
                                             .stops = evidence->stops,
                                             .sharpness = evidence->sharpness,
-                                            .noise = evidence->noise};
+                                            .noise = evidence->noise,
+                                            .covered = NAN};
     }
     for (uint32_t i = check.defect_count; i-- > 0;) { // the first of a photo stays
         const struct vw_defect *defect = &check.defects[i];

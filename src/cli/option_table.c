@@ -196,6 +196,10 @@ const struct vw_option vw_option_table[] = {
      "The splits.json of an earlier run, instead of --train, --val and --test: every photo stays in its split. Photos "
      "that it does not name train; near-duplicates of validation and test photos join those",
      VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.splits), COMMON},
+    {"masks", "FOLDER",
+     "Masks of photos, before the scene's own: NAME.png for the photo images/NAME; white keeps a pixel. The folder "
+     "masks of a valued run has those of what covers photos",
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, scene.masks), COMMON},
     {"val-weights", "FILE",
      "Weight of each validation photo in validation PSNR and L1, and so in the scores: a CSV file (header: "
      "name,weight). Photos that it does not name have weight 1",

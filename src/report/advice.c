@@ -235,6 +235,7 @@ static const struct vw_column columns[] = {
     OF_FINDING("stops", stops),
     OF_FINDING("sharpness", sharpness),
     OF_FINDING("noise", noise),
+    OF_FINDING("covered_share", covered),
     {VW_CELL("train_fit", struct vw_photo_advice, REAL_OR_NULL, train_fit), .left_out = VW_NOT_IN_JSON},
     {VW_CELL("quality", struct vw_photo_advice, REAL_OR_NULL, quality), .left_out = VW_NOT_IN_JSON},
 };

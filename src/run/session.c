@@ -51,10 +51,10 @@ char *vw_scene_options_to_json(const struct vw_scene_params *options) {
     json_t *downscale = options->downscale > 1 ? json_integer(options->downscale) : NULL;
     json_t *corrupt = options->corrupt ? json_integer(options->corrupt) : NULL;
     json_t *object =
-        json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*, s:o*}", "format", options->format, "pool",
-                  options->pool, "train", options->train_list, "val", options->val_list, "test", options->test_list,
-                  "splits", options->splits, "val-weights", options->val_weights, "providers", options->providers,
-                  "downscale", downscale, "corrupt", corrupt);
+        json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*, s:o*}", "format", options->format,
+                  "pool", options->pool, "train", options->train_list, "val", options->val_list, "test",
+                  options->test_list, "splits", options->splits, "val-weights", options->val_weights, "providers",
+                  options->providers, "masks", options->masks, "downscale", downscale, "corrupt", corrupt);
     char *json = vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     if (!json) vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the scene options");
@@ -82,11 +82,11 @@ enum vw_status vw_scene_options_from_json(const char *json, json_t **texts, stru
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     enum vw_status status = VW_OK;
     if (!object ||
-        json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I, s?s, s?o}",
+        json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I, s?s, s?o}",
                        "format", &read.format, "pool", &read.pool, "train", &read.train_list, "val", &read.val_list,
                        "test", &read.test_list, "splits", &read.splits, "val-weights", &read.val_weights, "providers",
-                       &read.providers, "downscale", &downscale, "corrupt", &corrupt, "missing", &missing, "weights",
-                       &weights))
+                       &read.providers, "masks", &read.masks, "downscale", &downscale, "corrupt", &corrupt, "missing",
+                       &missing, "weights", &weights))
         status = vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", json, error.text);
     if (!status && (downscale < 1 || downscale > UINT32_MAX || corrupt < 0 || corrupt > UINT32_MAX))
         status = vw_fail(VW_ERROR_INPUT, "scene options %s: a count is out of range; make the folder again", json);

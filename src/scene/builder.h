@@ -17,6 +17,7 @@
 struct vw_scene_builder_photo {
     char *image_path;    // owned
     char *mask_path;     // owned; NULL: none
+    char *mask_folder;   // owned; that the mask must be in; NULL: the scene folder
     char *features_path; // owned; NULL: none
     uint8_t features_sha256[VW_HASH_BYTES];
     struct vw_image_header image_header, mask_header;

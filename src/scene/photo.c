@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "image/image.h"
@@ -138,18 +139,43 @@ bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
 
 // ---- Masks, from their headers ----
 
+char *vw_mask_name(const char *photo) {
+    const char *name = vw_view_name_of(photo), *next = name;
+    for (next = name; (next = strstr(next, "images/")); next += strlen("images/"))
+        if (next == name || next[-1] == '/') name = next + strlen("images/");
+    return vw_format_text("%s.png", name);
+}
+
+// Finds the mask of a photo in params->masks, or else in the scene.
+static enum vw_status find_mask(const struct vw_scene_builder *builder, const struct vw_view *view,
+                                struct vw_scene_builder_photo *photo) {
+    const char *masks = builder->params->masks;
+    char *name = masks ? vw_mask_name(view->name) : NULL, *path = name ? vw_path_join(masks, name) : NULL;
+    enum vw_status status = masks && !path ? VW_ERROR_MEMORY : VW_OK;
+    if (path && vw_file_exists(path)) {
+        free(photo->mask_path);
+        photo->mask_path = path;
+        photo->mask_folder = vw_copy_text(masks);
+        path = NULL;
+        if (!photo->mask_folder) status = VW_ERROR_MEMORY;
+    }
+    if (!status && !photo->mask_path)
+        status = vw_scene_find_beside(builder->folder, photo->image_path, "masks", ".png", true, &photo->mask_path);
+    free(name);
+    free(path);
+    return status;
+}
+
 static enum vw_status find_masks(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
         struct vw_view *view = &scene->views[v];
         if (view->split == VW_SPLIT_EXCLUDED) continue;
-        enum vw_status status = photo->mask_path ? VW_OK
-                                                 : vw_scene_find_beside(builder->folder, photo->image_path, "masks",
-                                                                        ".png", true, &photo->mask_path);
+        enum vw_status status = find_mask(builder, view, photo);
         if (!status && photo->mask_path)
-            status = vw_mask_probe(builder->folder, photo->mask_path, photo->image_header.width_px,
-                                   photo->image_header.height_px, &photo->mask_header);
+            status = vw_mask_probe(photo->mask_folder ? photo->mask_folder : builder->folder, photo->mask_path,
+                                   photo->image_header.width_px, photo->image_header.height_px, &photo->mask_header);
         if (status) return status;
         view->has_mask = photo->mask_path != NULL;
         scene->masked_view_count += view->has_mask;

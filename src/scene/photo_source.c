@@ -137,6 +137,7 @@ void vw_builder_photos_free(struct vw_scene_builder_photo *photos, size_t count)
     for (size_t i = 0; i < count; i++) {
         free(photos[i].image_path);
         free(photos[i].mask_path);
+        free(photos[i].mask_folder);
         free(photos[i].features_path);
     }
     free(photos);
@@ -159,6 +160,13 @@ uint64_t vw_view_image_bytes(const struct vw_scene *scene, uint32_t view) {
     if (image->pixels) return 4 * (uint64_t)image->width_px * image->height_px * vw_pixel_channel_bytes(image->format);
     const struct vw_photo_source *source = scene->source;
     return vw_image_loaded_bytes(&source->photos[view].image_header, source->downscale);
+}
+
+void vw_view_file_size(const struct vw_scene *scene, uint32_t view, uint32_t size_px[2]) {
+    const struct vw_camera *camera = &scene->views[view].camera;
+    const struct vw_image_header *header = scene->source ? &scene->source->photos[view].image_header : NULL;
+    size_px[0] = header ? header->width_px : camera->width_px;
+    size_px[1] = header ? header->height_px : camera->height_px;
 }
 
 // ---- Reading files --------------------------------------------------------------------------------------------------
@@ -193,11 +201,10 @@ enum vw_status vw_photo_reading_begin(const struct vw_scene *scene, const uint32
     return reading->loads ? VW_OK : VW_ERROR_MEMORY;
 }
 
-static enum vw_status begin_load(const struct vw_photo_source *source, const char *path,
-                                 const struct vw_image_header *header, uint32_t downscale,
-                                 struct vw_image_load **load) {
+static enum vw_status begin_load(const char *folder, const char *path, const struct vw_image_header *header,
+                                 uint32_t downscale, struct vw_image_load **load) {
     int descriptor = -1;
-    enum vw_status status = vw_scene_file_open(source->folder, path, &descriptor);
+    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
     return status ? status : vw_image_load_begin(path, descriptor, header, downscale, load);
 }
 
@@ -208,9 +215,10 @@ static enum vw_status begin_view(struct vw_photo_reading *reading, uint32_t plac
     bool excluded = reading->scene->views[reading->views[place]].split == VW_SPLIT_EXCLUDED;
     enum vw_status status = VW_OK;
     if (is_decoded(reading, place))
-        status = begin_load(source, photo->image_path, &photo->image_header, source->downscale, &loads->image);
+        status = begin_load(source->folder, photo->image_path, &photo->image_header, source->downscale, &loads->image);
     if (!status && reading->opening && !excluded && photo->mask_path)
-        status = begin_load(source, photo->mask_path, &photo->mask_header, 1, &loads->mask);
+        status = begin_load(photo->mask_folder ? photo->mask_folder : source->folder, photo->mask_path,
+                            &photo->mask_header, 1, &loads->mask);
     if (status) {
         vw_image_load_cancel(&loads->image);
         return status;

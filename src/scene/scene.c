@@ -235,6 +235,15 @@ static void close_builder(struct vw_scene_builder *builder) {
     free(builder->missing_name);
 }
 
+// Refuses a folder of masks that is not there, and one for a recipe.
+static enum vw_status check_masks(const struct vw_scene_builder *builder) {
+    const char *masks = builder->params->masks;
+    if (!masks) return VW_OK;
+    if (!builder->photos)
+        return vw_fail(VW_ERROR_USAGE, "--masks %s: a recipe has no masks; leave the option out", masks);
+    return vw_folder_exists(masks) ? VW_OK : vw_fail(VW_ERROR_USAGE, "--masks %s: is not a folder", masks);
+}
+
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene) {
     struct vw_scene_builder builder = {.params = params, .scene = vw_allocate(1, sizeof *builder.scene)};
     if (!builder.scene) return VW_ERROR_MEMORY;
@@ -243,6 +252,7 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
         vw_text_is_clean(params->path)
             ? load(&builder)
             : vw_fail(VW_ERROR_USAGE, "%s: not UTF-8, or has control characters; rename it", params->path);
+    if (!status) status = check_masks(&builder);
     if (!status) status = finish(&builder);
     close_builder(&builder);
     if (status) vw_scene_close(&builder.scene);

@@ -27,6 +27,12 @@ write_photo "$transforms/hide.png"
 printf '{"camera_model": "OPENCV", "fl_x": 9.1, "fl_y": 9.3, "cx": 4.1, "cy": 3.2, "k1": 0.1, "k2": -0.02, "p1": 0.003, "frames": [%s]}' \
     "$(frames ./pictures/ '"fl_x": 8.7, "k1": 0.05, ')" >"$transforms/transforms.json"
 colmap=$folder/colmap
+write_mask() { # write_mask FILE WIDTH HEIGHT: the left half is black
+    awk -v w="$2" -v h="$3" 'BEGIN { printf "P2 %d %d 255\n", w, h
+        for (i = 0; i < w * h; i++) print i % w < w / 2 ? 0 : 255 }' >"$1"
+}
+write_mask "$folder/wide.png" 8 6 # a PGM file, which its content tells
+write_mask "$folder/tall.png" 6 8
 write_photos "$colmap/images"
 mkdir -p "$colmap/sparse/0" "$colmap/masks/sub"
 write_photo "$colmap/masks/0.png"
@@ -84,6 +90,33 @@ check "--to and --copy go together; --json tells both" answers "j ->> '\$.path' 
     "$program" select "$folder/colmap.run" --rule drop:1 --to "$folder/list.txt" --copy "$folder/both" --json --quiet
 check "both are there" test -s "$folder/list.txt" -a -s "$folder/both/transforms.json"
 check "the copy is told" prints "^copy     $folder/told " "$program" select "$folder/colmap.run" --rule drop:1 --copy "$folder/told"
+
+# ---- Masks that a run has found, and those of another folder ----
+
+found=$folder/colmap.run/masks
+mkdir -p "$found/sub"
+cp "$folder/wide.png" "$found/10.png.png"
+cp "$folder/wide.png" "$found/sub/7.png.png"
+check "masks that the run found come along" copies "$folder/colmap.run" "$folder/masked"
+check "  where the scene has none" cmp "$found/10.png.png" "$folder/masked/masks/10.png.png"
+check "  and instead of its own" cmp "$found/sub/7.png.png" "$folder/masked/masks/sub/7.png.png"
+check "  not of others" cmp "$colmap/masks/0.png" "$folder/masked/masks/0.png.png"
+check "a run trains with them" run "$program" value "$colmap" --masks "$found" --out "$folder/with" "${tiny[@]}"
+check "  on another scene" test "$(sqlite3 "$folder/with/ledger.db" "SELECT scene_hash FROM run")" != \
+    "$(sqlite3 "$folder/colmap.run/ledger.db" "SELECT scene_hash FROM run")"
+check "  and opens it again" run "$program" verify "$folder/with" --replay 3 --device llvmpipe --quiet
+check "its copy has its masks" copies "$folder/with" "$folder/with.copy"
+check "  from their folder" cmp "$found/10.png.png" "$folder/with.copy/masks/10.png.png"
+check "masks of another shape are refused" eval 'mkdir "$folder/tall" && cp "$folder/tall.png" \
+    "$folder/tall/10.png.png" && fails 2 "10.png.png: the mask has 6 x 8 pixels but its photo 8 x 6" \
+    "$program" info "$colmap" --masks "$folder/tall" --quiet'
+check "a folder that is not there is refused" fails 2 'no-masks: is not a folder' \
+    "$program" info "$colmap" --masks "$folder/no-masks" --quiet
+check "so are masks of a recipe" fails 2 'a recipe has no masks' "$program" info "$root/scenes/clean.json" --masks "$found" --quiet
+check "links that leave the folder are refused" eval 'mkdir "$folder/linked" && ln -s "$folder/wide.png" "$folder/linked/10.png.png" &&
+    fails 2 "10.png.png" "$program" info "$colmap" --masks "$folder/linked" --quiet'
+check "further scores remove what the run found" eval '"$program" value "$colmap" --out "$folder/colmap.run" "${tiny[@]}" \
+    --downscale 2 --resume >/dev/null 2>&1 && test ! -e "$found"'
 
 # ---- What is refused leaves nothing -----------------------------------------------------------------------------------------
 

@@ -91,7 +91,7 @@ static json_t *to_json(const struct selection_job *job) {
 static void print_scene_options(const struct selection_job *job) {
     json_int_t downscale = json_integer_value(json_object_get(job->run.scene_options, "downscale"));
     vw_print(" --downscale %" JSON_INTEGER_FORMAT, downscale ? downscale : 1); // not to be chosen anew
-    static const char *const known[] = {"providers", "val-weights", "format", "pool", "val", "test"};
+    static const char *const known[] = {"providers", "val-weights", "masks", "format", "pool", "val", "test"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(known); i++) {
         const json_t *value = json_object_get(job->run.scene_options, known[i]);
         if (value) vw_print(" --%s", known[i]);

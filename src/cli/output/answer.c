@@ -129,6 +129,16 @@ static void print_cost(uint32_t trainings, double seconds) {
     vw_print(")\n");
 }
 
+// Prints the command that trains without what covers photos.
+static void print_masks(const struct vw_answer *answer) {
+    if (!answer->scene || !answer->mask_count) return;
+    vw_print("masks           %u of what covers photos: viewworth value", answer->mask_count);
+    vw_print_shell_path(answer->scene);
+    vw_print(" --masks");
+    vw_print_shell_path(answer->out);
+    vw_print("/" VW_OUT_MASKS " --out MASKED\n");
+}
+
 // Prints the command that trains the field as well at the photos' stored size, where this one was smaller.
 static void print_stored_size(const struct vw_answer *answer) {
     uint32_t times = answer->downscale * answer->downscale;
@@ -170,6 +180,7 @@ enum vw_status vw_answer_begin(const struct vw_run *run, const char *out, struct
                                  .val_count = results->outputs.results.agreement.view_count,
                                  .times_at_most = vw_accuracy_most_against(results->config),
                                  .unvalidated_share = vw_accuracy_unvalidated_share(results->config),
+                                 .mask_count = results->outputs.mask_count,
                                  .has_report = results->outputs.report_path != NULL,
                                  .training_s = NAN};
     return vw_answer_take(answer, &results->outputs.results);
@@ -179,6 +190,7 @@ void vw_answer_print(struct vw_answer *answer) {
     vw_reconstruction_print(&answer->reconstruction);
     if (answer->photo_count) qsort(answer->photos, answer->photo_count, sizeof *answer->photos, compare);
     for (size_t i = 0; i < VW_ARRAY_COUNT(lines); i++) print_line(answer, &lines[i]);
+    print_masks(answer);
     print_stored_size(answer);
     print_next(answer, answer->photo_count > 0);
 }

@@ -117,6 +117,7 @@ struct vw_answer {
     double times_at_most;       // times as long that the most accurate training takes
     double training_s;          // time of this training; NaN: unknown
     double unvalidated_share;   // share of it that a training without validation takes
+    uint32_t mask_count;        // masks of what covers photos
     bool has_report;
     struct vw_answer_photo *photos; // owned; those with advice, in any order
     size_t photo_count;

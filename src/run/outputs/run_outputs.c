@@ -13,6 +13,7 @@
 #include "report/tables.h"
 #include "run/out_folder.h"
 #include "run/outputs/checksums.h"
+#include "run/outputs/cover_masks.h"
 #include "run/outputs/reconstruction.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
@@ -121,7 +122,8 @@ static enum vw_status judge_views(const struct vw_run_outputs_params *params, st
 // ---- Scene and field -----------------------------------------------------------------------------------------------
 
 // Measures and pictures what a later report cannot, without scene and field, and writes it.
-static enum vw_status look_at_field(const struct vw_run_outputs_params *params, struct vw_results *results) {
+static enum vw_status look_at_field(const struct vw_run_outputs_params *params, struct vw_results *results,
+                                    uint32_t *mask_count) {
     struct vw_reconstruction_params seen = {
         .scene = params->scene,
         .scene_options_json = params->scene_options_json,
@@ -136,12 +138,16 @@ static enum vw_status look_at_field(const struct vw_run_outputs_params *params, 
         .scoring = params->scoring,
         .config = params->config,
     };
+    struct vw_cover_params cover = {
+        .panes = residuals.panes, .rays_most = vw_residuals_rays(params->scoring, params->config), .out = params->out};
+    cover.panes.fitted = false;    // but without what covers
     struct vw_scene *sized = NULL; // as trained, photos may show too little
     enum vw_status status = vw_reconstruction_open_scene(&seen, &sized);
     seen.sized = sized ? sized : params->scene;
     if (!status) status = vw_photo_findings_make(seen.sized, &results->findings);
     if (!status) status = vw_reconstruction_measure(&seen, &results->reconstruction);
     vw_scene_close(&sized);
+    if (!status) status = vw_cover_masks_make(&cover, results->findings, mask_count);
     if (!status) warn_of_defects(params->scene, results->findings);
     if (!status) results->map = vw_scene_map_make(params->scene, results->findings);
     if (!status && !params->report.options.no_thumbnails) status = vw_residuals_make(&residuals, &results->residuals);
@@ -202,7 +208,7 @@ enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, s
     if (!status) status = begin(params, results);
     if (!status) status = judge_views(params, outputs);
     if (!status) status = vw_run_splits_write(params->scene, params->out);
-    if (!status) status = look_at_field(params, results);
+    if (!status) status = look_at_field(params, results, &outputs->mask_count);
     if (!status)
         status =
             vw_run_splats_write(params->trainer, params->report.options.ply_degree, params->out, &outputs->has_splats);

@@ -37,7 +37,8 @@ struct vw_run_outputs {
     struct vw_results results;          // borrows from ledger and scoring
     struct vw_view_distance *distances; // distances of validation photos from the train photos
     uint32_t distance_count;
-    char *matrix_path; // NULL: no validated steps after burn-in
+    uint32_t mask_count; // files of masks/
+    char *matrix_path;   // NULL: no validated steps after burn-in
     char *report_path;
     bool has_splats; // field.ply is there
 };
@@ -49,8 +50,8 @@ enum vw_status vw_run_scores_write(const char *out, const struct vw_scoring *sco
 enum vw_status vw_run_splats_write(struct vw_trainer *trainer, uint32_t degree, const char *out, bool *written);
 enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out); // splits.json
 // Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, reconstruction.json,
-// splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats,
-// report.html and advice.csv. Warns of validation photos that look corrupted or lie far from every train photo.
+// splits.json, map.json, masks, residuals.json unless the report goes without photos, field.ply where the field is
+// splats, report.html and advice.csv. Warns of validation photos that look corrupted or lie far from every train photo.
 // Fails at the first that cannot be made. Free the outputs also after a failure.
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_run_outputs *outputs);
 void vw_run_outputs_free(struct vw_run_outputs *outputs);

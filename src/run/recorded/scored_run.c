@@ -4,10 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "ledger/find_image.h"
 #include "run/imported/imported_run.h"
+#include "run/out_folder.h"
 #include "run/session.h"
 #include "scene/formats/scene_copy.h"
 #include "viewworth/log.h"
@@ -115,7 +117,10 @@ static enum vw_status open_scene(const struct vw_scored_run *run, const char *to
     params.downscale = params.corrupt = 0;
     params.val_weights = params.providers = NULL;
     params.headers_only = true;
+    char *found = params.masks ? NULL : vw_path_join(run->recorded.out, VW_OUT_MASKS);
+    if (found && vw_folder_exists(found)) params.masks = found;
     status = vw_scene_open(&params, scene);
+    free(found);
     json_decref(texts);
     return status;
 }

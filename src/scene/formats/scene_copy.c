@@ -119,16 +119,17 @@ static enum vw_status keep(struct copy *copy) {
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
-// Copies a file of the scene to a name in the copy that no other file has. `sha256` is what it must have, in hex; NULL:
+// Copies a file of a folder to a name in the copy that no other file has. `sha256` is what it must have, in hex; NULL:
 // unknown.
-static enum vw_status copy_file(const struct copy *copy, const char *path, const char *name, const char *sha256) {
+static enum vw_status copy_file(const struct copy *copy, const char *inside, const char *path, const char *name,
+                                const char *sha256) {
     char *to = vw_path_join(copy->folder, name), *folder = to ? vw_path_folder(to) : NULL, hex[VW_HASH_HEX_BYTES];
     void *data = NULL;
     size_t size_bytes = 0;
     int descriptor = -1;
     uint8_t hash[VW_HASH_BYTES];
     enum vw_status status = folder ? vw_folder_create(folder) : VW_ERROR_MEMORY;
-    if (!status) status = vw_scene_file_open(copy->scene->source->folder, path, &descriptor);
+    if (!status) status = vw_scene_file_open(inside, path, &descriptor);
     if (!status) status = vw_descriptor_read(descriptor, path, FILE_LIMIT_BYTES, &data, &size_bytes);
     if (!status && sha256) {
         vw_sha256(data, size_bytes, hash);
@@ -153,11 +154,15 @@ static enum vw_status copy_photos(const struct copy *copy) {
         if (vw_interrupt_requested(copy->interrupt))
             return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; the same command copies again");
         const struct source *source = &copy->sources[i];
+        const char *folder = copy->scene->source->folder, *mask_folder = source->files->mask_folder;
         const char *photo = copy->kept.views[i].name, *map = source->files->features_path;
         char *name = vw_format_text("images/%s", photo), *features = map ? name_attached("features", photo, map) : NULL;
-        status = name ? copy_file(copy, source->files->image_path, name, source->photo->sha256) : VW_ERROR_MEMORY;
-        if (!status && copy->masks[i]) status = copy_file(copy, source->files->mask_path, copy->masks[i], NULL);
-        if (!status && map) status = features ? copy_file(copy, map, features, NULL) : VW_ERROR_MEMORY;
+        status =
+            name ? copy_file(copy, folder, source->files->image_path, name, source->photo->sha256) : VW_ERROR_MEMORY;
+        if (!status && copy->masks[i])
+            status =
+                copy_file(copy, mask_folder ? mask_folder : folder, source->files->mask_path, copy->masks[i], NULL);
+        if (!status && map) status = features ? copy_file(copy, folder, map, features, NULL) : VW_ERROR_MEMORY;
         free(name);
         free(features);
     }
