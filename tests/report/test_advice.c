@@ -241,8 +241,8 @@ TEST(photos_that_judge_get_no_advice) {
     struct vw_csv_text table = {0};
     ASSERT_OK(vw_rows_make_csv("advice.csv", &rows, &table));
     static const char first[] = "name,advice,reason,score,ci_low,ci_high,unit,method,description,in_place,"
-                                "hidden_share,turned_deg,stops,sharpness,noise,train_fit,quality\n"
-                                "photo,unclear,within noise,0,,,dB,dv_psnr,,,,,,,,,\n";
+                                "hidden_share,turned_deg,stops,sharpness,noise,covered_share,train_fit,quality\n"
+                                "photo,unclear,within noise,0,,,dB,dv_psnr,,,,,,,,,,\n";
     assert_memory_equal(table.text, first, strlen(first));
     free(table.text);
 }
