@@ -59,7 +59,8 @@ struct vw_view {
                                   // -z
     double near_world, far_world; // range of depths along the axis of the points that the view sees; 0, 0: unknown
     struct vw_image image;
-    bool has_mask; // the view has a mask file
+    bool has_mask;      // the view has a mask file
+    bool mask_is_given; // in vw_scene_params.masks
     uint8_t *mask; // owned; VW_MASK_*, a byte per pixel of image, rows top to bottom; NULL: VW_MASK_KEEP everywhere
     uint8_t sha256[VW_HASH_BYTES]; // hash of the image file; of the 8-bit pixels for a recipe and a corrupted photo
 };
@@ -179,8 +180,8 @@ uint64_t vw_view_image_bytes(const struct vw_scene *scene, uint32_t view);
 
 // Returns the size of the photo's file; of a recipe that of the photo as loaded.
 void vw_view_file_size(const struct vw_scene *scene, uint32_t view, uint32_t size_px[2]);
-// Returns the name of the mask of a photo in a folder of masks, owned by the caller: its own, after images/ where that
-// is a folder of it, and .png, as COLMAP names masks. NULL when memory is short.
+// Returns the name of the mask of a photo in a folder of masks, owned by the caller: its own without images/
+// in front, and .png, as COLMAP names masks. NULL when memory is short.
 char *vw_mask_name(const char *photo);
 
 // Limits the memory that the pixels of scenes opened from now on may take; 0, the default: half of the machine's. It is

@@ -96,20 +96,10 @@ enum vw_status vw_run_remove_outdated(const char *out, bool pays) {
     return status ? status : remove_outdated(out, VW_OUT_BY_STEPS);
 }
 
-// Removes the masks that an earlier end of the run made.
-static enum vw_status remove_masks(const char *out) {
-    char *masks = vw_path_join(out, VW_OUT_MASKS);
-    if (!masks) return VW_ERROR_MEMORY;
-    if (vw_folder_exists(masks)) vw_folder_remove(masks);
-    free(masks);
-    return VW_OK;
-}
-
 enum vw_status vw_run_remove_derived(const char *out, bool pays) {
     bool paid = vw_file_exists_inside(out, "payout.csv");
     enum vw_status status = vw_file_remove(out, VW_CHECKSUMS_FILE); // first: it vouches for the others
     if (!status) status = remove_outdated(out, VW_OUT_BY_SCORES);
-    if (!status) status = remove_masks(out);
     if (!status && paid && !pays)
         vw_log_warning("%s/payout.csv is removed, since this command was not asked to pay; worth or value --resume "
                        "with --payout AMOUNT pays by the scores of now",
@@ -171,6 +161,9 @@ static enum vw_status check_entry(const FTSENT *entry) {
                        entry->fts_path);
     if (entry->fts_level == FTS_ROOTLEVEL + 1 && entry->fts_info != FTS_F && vw_out_is_result(entry->fts_name))
         return vw_fail(VW_ERROR_USAGE, "%s: is not a file, but a result is written there; remove it", entry->fts_path);
+    if (entry->fts_level == FTS_ROOTLEVEL + 1 && entry->fts_info != FTS_D && entry->fts_info != FTS_DP &&
+        !strcmp(entry->fts_name, VW_OUT_MASKS))
+        return vw_fail(VW_ERROR_USAGE, "%s: is not a folder, but masks are written there; remove it", entry->fts_path);
     return VW_OK;
 }
 

@@ -19,7 +19,7 @@
 #define VW_SCENE_MAP_FILE "map.json"
 #define VW_RESIDUALS_FILE "residuals.json"
 #define VW_SPLITS_FILE "splits.json"
-#define VW_OUT_MASKS "masks" // folder; SHA256SUMS does not list its files
+#define VW_OUT_MASKS "masks" // folder, which --masks of other runs may name; SHA256SUMS does not list its files
 #define VW_RECONSTRUCTION_FILE "reconstruction.json"
 #define VW_NEXT_FILE "next.json"
 #define VW_CHECKSUMS_FILE "SHA256SUMS"

@@ -64,6 +64,17 @@ static enum vw_status check_initial(const struct vw_run *run) {
                    run->config.initial);
 }
 
+// Refuses a folder with masks of somebody else, some of which this run might replace.
+static enum vw_status check_masks(const struct vw_run *run) {
+    char *masks = vw_path_join(run->out, VW_OUT_MASKS);
+    enum vw_status status = masks ? VW_OK : VW_ERROR_MEMORY;
+    if (masks && vw_folder_exists(masks) && !vw_file_exists(run->results.ledger_path))
+        status = vw_fail(VW_ERROR_USAGE, "--out %s: has a folder %s but no run; name another folder", run->out,
+                         VW_OUT_MASKS);
+    free(masks);
+    return status;
+}
+
 static enum vw_status name_outputs(struct vw_run *run) {
     run->results.ledger_path = vw_path_join(run->out, "ledger.db");
     run->results.scores_path = vw_path_join(run->out, "scores.csv");
@@ -73,6 +84,7 @@ static enum vw_status name_outputs(struct vw_run *run) {
         return VW_ERROR_MEMORY;
     enum vw_status status = vw_out_check(run->out);
     if (!status) status = check_initial(run);
+    if (!status) status = check_masks(run);
     if (!status) status = vw_out_lock_take(run->out, &run->lock);
     if (!status && vw_file_exists(run->results.ledger_path) && !run->resume)
         status =

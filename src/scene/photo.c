@@ -140,14 +140,12 @@ bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
 // ---- Masks, from their headers ----
 
 char *vw_mask_name(const char *photo) {
-    const char *name = vw_view_name_of(photo), *next = name;
-    for (next = name; (next = strstr(next, "images/")); next += strlen("images/"))
-        if (next == name || next[-1] == '/') name = next + strlen("images/");
-    return vw_format_text("%s.png", name);
+    const char *name = vw_view_name_of(photo);
+    return vw_format_text("%s.png", strncmp(name, "images/", 7) ? name : name + 7);
 }
 
 // Finds the mask of a photo in params->masks, or else in the scene.
-static enum vw_status find_mask(const struct vw_scene_builder *builder, const struct vw_view *view,
+static enum vw_status find_mask(const struct vw_scene_builder *builder, struct vw_view *view,
                                 struct vw_scene_builder_photo *photo) {
     const char *masks = builder->params->masks;
     char *name = masks ? vw_mask_name(view->name) : NULL, *path = name ? vw_path_join(masks, name) : NULL;
@@ -158,6 +156,7 @@ static enum vw_status find_mask(const struct vw_scene_builder *builder, const st
         photo->mask_folder = vw_copy_text(masks);
         path = NULL;
         if (!photo->mask_folder) status = VW_ERROR_MEMORY;
+        view->mask_is_given = true;
     }
     if (!status && !photo->mask_path)
         status = vw_scene_find_beside(builder->folder, photo->image_path, "masks", ".png", true, &photo->mask_path);
@@ -168,6 +167,7 @@ static enum vw_status find_mask(const struct vw_scene_builder *builder, const st
 
 static enum vw_status find_masks(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
+    uint32_t given = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_scene_builder_photo *photo = &builder->photos[v];
         struct vw_view *view = &scene->views[v];
@@ -179,7 +179,11 @@ static enum vw_status find_masks(struct vw_scene_builder *builder) {
         if (status) return status;
         view->has_mask = photo->mask_path != NULL;
         scene->masked_view_count += view->has_mask;
+        given += view->mask_is_given;
     }
+    if (builder->params->masks && !given && !builder->params->headers_only)
+        return vw_fail(VW_ERROR_USAGE, "--masks %s: has no mask of a photo; that of images/1.jpg is 1.jpg.png",
+                       builder->params->masks);
     uint32_t used_count = scene->view_count - scene->split_count[VW_SPLIT_EXCLUDED];
     if (!scene->masked_view_count || scene->masked_view_count == used_count) return VW_OK;
     return vw_scene_note(scene, "%u of %u photos have a mask; all pixels of the others are used",

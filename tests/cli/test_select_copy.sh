@@ -101,7 +101,7 @@ check "masks that the run found come along" copies "$folder/colmap.run" "$folder
 check "  where the scene has none" cmp "$found/10.png.png" "$folder/masked/masks/10.png.png"
 check "  and instead of its own" cmp "$found/sub/7.png.png" "$folder/masked/masks/sub/7.png.png"
 check "  not of others" cmp "$colmap/masks/0.png" "$folder/masked/masks/0.png.png"
-check "a run trains with them" run "$program" value "$colmap" --masks "$found" --out "$folder/with" "${tiny[@]}"
+check "a run trains with them" run "$program" value "$colmap" --masks "$found" --out "$folder/with" "${tiny[@]}" --downscale 2
 check "  on another scene" test "$(sqlite3 "$folder/with/ledger.db" "SELECT scene_hash FROM run")" != \
     "$(sqlite3 "$folder/colmap.run/ledger.db" "SELECT scene_hash FROM run")"
 check "  and opens it again" run "$program" verify "$folder/with" --replay 3 --device llvmpipe --quiet
@@ -115,8 +115,13 @@ check "a folder that is not there is refused" fails 2 'no-masks: is not a folder
 check "so are masks of a recipe" fails 2 'a recipe has no masks' "$program" info "$root/scenes/clean.json" --masks "$found" --quiet
 check "links that leave the folder are refused" eval 'mkdir "$folder/linked" && ln -s "$folder/wide.png" "$folder/linked/10.png.png" &&
     fails 2 "10.png.png" "$program" info "$colmap" --masks "$folder/linked" --quiet'
-check "further scores remove what the run found" eval '"$program" value "$colmap" --out "$folder/colmap.run" "${tiny[@]}" \
-    --downscale 2 --resume >/dev/null 2>&1 && test ! -e "$found"'
+check "a folder that has no mask of a photo is refused" fails 2 'has no mask of a photo' \
+    "$program" value "$colmap" --masks "$colmap/features" --out "$folder/none" "${tiny[@]}"
+mkdir -p "$folder/taken/masks" "$folder/file"
+: >"$folder/file/masks"
+check "masks of somebody else are not written over" fails 2 'has a folder masks but no run' \
+    "$program" value "$colmap" --out "$folder/taken" "${tiny[@]}"
+check "nor is a file of that name" fails 2 'masks: is not a folder' "$program" value "$colmap" --out "$folder/file" "${tiny[@]}"
 
 # ---- What is refused leaves nothing -----------------------------------------------------------------------------------------
 

@@ -32,18 +32,29 @@ static void set_block(float *values, double value) {
         if (is_within(&block, i % WIDTH_PX, i / WIDTH_PX)) values[i] = (float)value;
 }
 
-// Places cameras side by side that look at a wall along -z. A step to the side moves the wall by 2 pixels.
+// Turns axes and position of a camera about y and z: the world is not along its axes.
+static void turn(double pose[3][4]) {
+    double c = cos(0.7), s = sin(0.7), d = cos(0.4), t = sin(0.4);
+    for (int column = 0; column < 4; column++) {
+        double x = c * pose[0][column] + s * pose[2][column], z = c * pose[2][column] - s * pose[0][column];
+        double y = pose[1][column];
+        pose[0][column] = d * x - t * y, pose[1][column] = t * x + d * y, pose[2][column] = z;
+    }
+}
+
+// Places cameras side by side that look at a wall. A step to the side moves the wall by 2 pixels.
 static struct vw_cover_panes make_panes(void) {
     struct vw_cover_panes panes = {
         .list = world.list, .count = PANES, .scales = {.between_world = 1, .angle = 1, .copy_world = 0, .typical = 1}};
     for (uint32_t v = 0; v < PANES; v++) {
-        const double pose[3][4] = {{1, 0, 0, APART_WORLD * ((int)v - COVERED)}, {0, 1, 0, 0}, {0, 0, 1, FAR_WORLD}};
+        double pose[3][4] = {{1, 0, 0, APART_WORLD * ((int)v - COVERED)}, {0, 1, 0, 0}, {0, 0, 1, FAR_WORLD}};
         const struct vw_camera camera = {.width_px = WIDTH_PX,
                                          .height_px = HEIGHT_PX,
                                          .focal_x_px = 40,
                                          .focal_y_px = 40,
                                          .centre_x_px = WIDTH_PX / 2,
                                          .centre_y_px = HEIGHT_PX / 2};
+        turn(pose);
         memcpy(world.views[v].camera_to_world, pose, sizeof pose);
         world.views[v].camera = camera;
         for (uint32_t i = 0; i < PIXELS; i++) world.errors[v][i] = (float)SOUND, world.depths[v][i] = (float)FAR_WORLD;

@@ -136,7 +136,9 @@ static void print_masks(const struct vw_answer *answer) {
     vw_print_shell_path(answer->scene);
     vw_print(" --masks");
     vw_print_shell_path(answer->out);
-    vw_print("/" VW_OUT_MASKS " --out MASKED\n");
+    vw_print("/" VW_OUT_MASKS " --splits");
+    vw_print_shell_path(answer->out);
+    vw_print("/" VW_SPLITS_FILE " --out MASKED\n");
 }
 
 // Prints the command that trains the field as well at the photos' stored size, where this one was smaller.

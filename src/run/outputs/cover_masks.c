@@ -12,9 +12,10 @@
 #include "image/photo_formats.h"
 #include "run/out_folder.h"
 #include "run/outputs/cover_regions.h"
-#include "scene/camera_path.h"
+#include "scene/builder.h"
 
 static const double DEPTH_SHARE = 0.5; // share of a ray that must end for its depth to be known
+static const double KEPT_LEAST = 0.25; // share of a photo that a mask keeps
 enum { GROW_PX = 1 };                  // pixels of a pane, around what is covered
 
 struct covering {
@@ -43,7 +44,7 @@ static enum vw_status make_pane(const struct covering *covering, uint32_t v, str
     enum vw_status status = vw_scene_decode(covering->scene, &v, 1);
     if (!status) status = vw_panes_make(&covering->params->panes, v, covering->height_px, &panes);
     if (!status) {
-        posed.camera = vw_camera_resized(&view->camera, panes.size_px[0], panes.size_px[1]);
+        vw_camera_resize(panes.size_px[0], panes.size_px[1], &posed.camera);
         pane->camera = posed.camera;
         pane->view = view;
         status = vw_cover_make_errors(&panes, pane);
@@ -92,48 +93,67 @@ static bool is_covered(const struct vw_camera *camera, const bool *covered, doub
     return false;
 }
 
-static enum vw_status encode(const struct covering *covering, uint32_t view, const bool *covered, void **data,
-                             size_t *size_bytes) {
+// Returns whether the mask that the photo was trained with hides what is there; shares of its width and height.
+static bool is_hidden(const struct vw_view *view, double across, double down) {
+    uint32_t x = (uint32_t)(across * view->image.width_px), y = (uint32_t)(down * view->image.height_px);
+    return view->mask && view->mask[(size_t)y * view->image.width_px + x] == VW_MASK_HIDE;
+}
+
+// Draws a mask of the size of the photo's file; returns the share that it keeps. `covered` of NULL: nothing is.
+static double draw_mask(const struct covering *covering, uint32_t view, const bool *covered, const uint32_t size_px[2],
+                        float *pixels) {
     const struct vw_camera *camera = &covering->panes.list[view].camera;
-    const struct vw_view *shown = &covering->scene->views[view];
-    struct vw_image_encoding encoding = {.channels = 1, .eight_bit = true};
-    uint32_t size_px[2];
-    vw_view_file_size(covering->scene, view, size_px);
-    float *pixels = vw_allocate(size_px[0], size_px[1] * sizeof *pixels);
-    if (!pixels) return VW_ERROR_MEMORY;
-    encoding.width_px = size_px[0], encoding.height_px = size_px[1];
+    double kept = 0;
     for (uint32_t y = 0; y < size_px[1]; y++)
         for (uint32_t x = 0; x < size_px[0]; x++) {
             double across = (x + 0.5) / size_px[0], down = (y + 0.5) / size_px[1];
-            bool hides = is_covered(camera, covered, across * camera->width_px, down * camera->height_px) ||
-                         (shown->mask && !vw_view_keeps(shown, (uint32_t)(across * shown->camera.width_px),
-                                                        (uint32_t)(down * shown->camera.height_px)));
+            bool hides = is_hidden(&covering->scene->views[view], across, down) ||
+                         (covered && is_covered(camera, covered, across * camera->width_px, down * camera->height_px));
             pixels[(size_t)y * size_px[0] + x] = !hides;
+            kept += !hides;
         }
-    enum vw_status status = vw_photo_format_of_name("mask.png", &encoding.format)
-                                ? vw_image_encode(&encoding, pixels, data, size_bytes)
-                                : vw_fail(VW_ERROR_IO, "PNG is not a format that is written");
+    return kept / size_px[0] / size_px[1];
+}
+
+// Makes the file of a mask; `*data` stays NULL if it would keep too little to train on.
+static enum vw_status encode(const struct covering *covering, uint32_t view, const bool *covered, void **data,
+                             size_t *size_bytes) {
+    struct vw_image_encoding encoding = {.channels = 1, .eight_bit = true};
+    uint32_t size_px[2];
+    vw_view_file_size(covering->scene, view, size_px);
+    encoding.width_px = size_px[0], encoding.height_px = size_px[1];
+    float *pixels = vw_allocate(size_px[0], size_px[1] * sizeof *pixels);
+    if (!pixels) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    if (!vw_photo_format_of_name("mask.png", &encoding.format))
+        status = vw_fail(VW_ERROR_IO, "PNG is not a format that is written");
+    else if (draw_mask(covering, view, covered, size_px, pixels) >= KEPT_LEAST)
+        status = vw_image_encode(&encoding, pixels, data, size_bytes);
     free(pixels);
     return status;
 }
 
-static enum vw_status write_mask(const struct covering *covering, uint32_t view, const bool *covered) {
-    char *name = vw_mask_name(covering->scene->views[view].name);
-    if (!name) return vw_fail(VW_ERROR_MEMORY, "out of memory for a mask");
-    char *path = vw_path_join(covering->params->out, VW_OUT_MASKS), *file = path ? vw_path_join(path, name) : NULL,
-         *folder = file ? vw_path_folder(file) : NULL;
+// Writes a mask, or nothing for `needed` of false, instead of that of an earlier end of the run.
+static enum vw_status write_mask(const struct covering *covering, uint32_t view, const bool *covered, bool needed,
+                                 bool *written) {
+    char *folder = vw_path_join(covering->params->out, VW_OUT_MASKS),
+         *name = vw_mask_name(covering->scene->views[view].name),
+         *file = folder && name ? vw_path_join(folder, name) : NULL, *place = file ? vw_path_folder(file) : NULL;
     void *data = NULL;
     size_t size_bytes = 0;
-    enum vw_status status = folder ? VW_OK : VW_ERROR_MEMORY;
-    bool inside = !vw_path_leaves_folder(name); // else there is no place for it
-    if (!status && inside) status = vw_folder_create(folder);
-    if (!status && inside) status = encode(covering, view, covered, &data, &size_bytes);
-    if (!status && inside) status = vw_file_write(file, data, size_bytes);
+    enum vw_status status = place ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for a mask");
+    if (!status && !vw_path_leaves_folder(name)) { // else it has no place
+        if (needed) status = encode(covering, view, covered, &data, &size_bytes);
+        if (!status && data) status = vw_folder_create(place);
+        if (!status && data) status = vw_file_write(file, data, size_bytes);
+        if (!status && !data && vw_file_exists(file)) status = vw_file_remove(folder, name);
+    }
+    *written = !status && data;
     free(data);
-    free(folder);
+    free(place);
     free(file);
-    free(path);
     free(name);
+    free(folder);
     return status;
 }
 
@@ -147,12 +167,23 @@ static void tell(double share, struct vw_photo_finding *finding) {
              "%.0f %% of it show something that the reconstruction does not", 100 * share);
 }
 
-static enum vw_status mask_view(const struct covering *covering, uint32_t view, double *share) {
-    const struct vw_camera *camera = &covering->panes.list[view].camera;
-    bool *covered = vw_allocate((size_t)camera->width_px * camera->height_px, sizeof *covered);
-    enum vw_status status = covered ? vw_cover_find(&covering->panes, view, covered, share) : VW_ERROR_MEMORY;
-    if (!status && *share >= VW_COVER_SHARE_LEAST && covering->scene->source)
-        status = write_mask(covering, view, covered);
+// Finds what covers a photo, and writes its mask; those that the scene was opened with come along.
+static enum vw_status mask_view(const struct covering *covering, uint32_t view, struct vw_photo_finding *finding,
+                                uint32_t *mask_count) {
+    const struct vw_cover_pane *pane = &covering->panes.list[view];
+    bool *covered = NULL, written = false, takes_part = pane->view != NULL;
+    enum vw_status status = VW_OK;
+    double share = 0;
+    if (takes_part) {
+        covered = vw_allocate((size_t)pane->camera.width_px * pane->camera.height_px, sizeof *covered);
+        status = covered ? vw_cover_find(&covering->panes, view, covered, &share) : VW_ERROR_MEMORY;
+    }
+    bool covers = share >= VW_COVER_SHARE_LEAST;
+    if (!status && covering->scene->source)
+        status = write_mask(covering, view, covers ? covered : NULL,
+                            covers || covering->scene->views[view].mask_is_given, &written);
+    if (!status && takes_part) tell(share, finding);
+    *mask_count += covers && written;
     free(covered);
     return status;
 }
@@ -177,14 +208,8 @@ enum vw_status vw_cover_masks_make(const struct vw_cover_params *params, struct 
     struct covering covering = {.params = params, .scene = scene, .height_px = choose_height(params, scene)};
     if (!covering.height_px || scene->split_count[VW_SPLIT_TRAIN] < 2) return VW_OK;
     enum vw_status status = make_panes(&covering, findings);
-    for (uint32_t v = 0; v < scene->view_count && !status; v++) {
-        double share = 0;
-        if (!covering.panes.list[v].view) continue;
-        status = mask_view(&covering, v, &share);
-        if (status) continue;
-        *mask_count += share >= VW_COVER_SHARE_LEAST && scene->source;
-        tell(share, &findings[v]);
-    }
+    for (uint32_t v = 0; v < scene->view_count && !status; v++)
+        if (scene->views[v].split != VW_SPLIT_EXCLUDED) status = mask_view(&covering, v, &findings[v], mask_count);
     free_panes(&covering.panes);
     return status;
 }

@@ -19,11 +19,11 @@ struct vw_cover_params {
     const char *out;
 };
 
-// Writes OUT/masks/NAME.png for each photo of files of which a share of at least VW_COVER_SHARE_LEAST is covered, at
-// the size of its file: black hides, white keeps, as in COLMAP and nerfstudio; what the photo's own mask hides is
-// black, too. NAME is the photo's, after images/ where that is a folder of it. Sets vw_photo_finding.covered, and the
-// defect where none was found; counts the masks. Photos whose pixels are not those of their pose are left out.
-// VW_ERROR_MEMORY, VW_ERROR_IO.
+// Writes OUT/masks/NAME.png (vw_mask_name()) for each photo of files of which a share of at least VW_COVER_SHARE_LEAST
+// is covered, at the size of its file: black hides, white keeps, as in COLMAP and nerfstudio. What the mask hides that
+// it was trained with is black, too, and photos whose masks were given by --masks keep them. A mask that would keep
+// less than a quarter is not written. Sets vw_photo_finding.covered, and the defect where none was found; counts the
+// masks of covered photos. Photos whose pixels are not those of their pose are left out. VW_ERROR_MEMORY, VW_ERROR_IO.
 enum vw_status vw_cover_masks_make(const struct vw_cover_params *params, struct vw_photo_finding *findings,
                                    uint32_t *mask_count);
 

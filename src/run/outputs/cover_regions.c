@@ -41,21 +41,6 @@ static double median_of(const float *errors, size_t count, double *scratch) {
     return vw_median(scratch, known);
 }
 
-// Fits a channel of the render to the photo where errors are at most `most` (least squares).
-static void fit_channel(const struct vw_panes *panes, size_t channel, const float *errors, double most, double *gain,
-                        double *bias) {
-    double n = 0, sum_r = 0, sum_p = 0, sum_rr = 0, sum_rp = 0;
-    for (size_t i = 0; i < (size_t)panes->size_px[0] * panes->size_px[1]; i++) {
-        double r = panes->render[3 * i + channel], p = panes->photo[3 * i + channel];
-        if (!(errors[i] <= most)) continue;
-        n++, sum_r += r, sum_p += p, sum_rr += r * r, sum_rp += r * p;
-    }
-    double variance = n * sum_rr - sum_r * sum_r;
-    if (!(variance > 0)) return;
-    *gain = (n * sum_rp - sum_r * sum_p) / variance;
-    *bias = (sum_p - *gain * sum_r) / n;
-}
-
 // Averages over a square around each pixel, of what is known.
 static void smooth(const float *errors, uint32_t width_px, uint32_t height_px, float *smoothed) {
     for (uint32_t y = 0; y < height_px; y++)
@@ -77,7 +62,7 @@ static void compare(const struct vw_panes *panes, float *errors, double *scratch
     set_errors(panes, gain, bias, errors);
     for (int i = 0; i < FITS; i++) {
         double most = FIT_MEDIANS * median_of(errors, (size_t)panes->size_px[0] * panes->size_px[1], scratch);
-        for (size_t c = 0; c < 3; c++) fit_channel(panes, c, errors, most, &gain[c], &bias[c]);
+        for (uint32_t c = 0; c < 3; c++) vw_panes_fit(panes, c, errors, most, &gain[c], &bias[c]);
         set_errors(panes, gain, bias, errors);
     }
     smooth(errors, panes->size_px[0], panes->size_px[1], smoothed);
@@ -165,6 +150,7 @@ static double error_at(const struct vw_cover_pane *pane, const double place_worl
     double camera[3], x_px, y_px;
     to_camera(pane, place_world, camera);
     const struct vw_camera *size = &pane->camera;
+    if (hypot(camera[0], camera[1]) > -camera[2] * vw_camera_fold(size)) return NAN; // a lens folds what is beyond
     if (!vw_camera_project(size, camera, &x_px, &y_px)) return NAN;
     if (!(x_px >= 0 && y_px >= 0 && x_px < size->width_px && y_px < size->height_px)) return NAN;
     size_t i = (size_t)y_px * size->width_px + (size_t)x_px;

@@ -39,18 +39,23 @@ static void read_photo(const struct vw_panes_params *params, uint32_t view, stru
         }
 }
 
-// Fits the gain and bias of a channel that bring the render nearest to the photo (least squares).
-static void fit_channel(struct vw_panes *panes, int channel) {
+void vw_panes_fit(const struct vw_panes *panes, uint32_t channel, const float *errors, double most, double *gain,
+                  double *bias) {
     double n = 0, sum_r = 0, sum_p = 0, sum_rr = 0, sum_rp = 0;
-    uint32_t pixels = panes->size_px[0] * panes->size_px[1];
-    for (uint32_t i = 0; i < pixels; i++) {
+    for (uint32_t i = 0; i < panes->size_px[0] * panes->size_px[1]; i++) {
         double r = panes->render[3 * i + channel], p = panes->photo[3 * i + channel];
-        if (!panes->counts[i]) continue;
+        if (!panes->counts[i] || (errors && !(errors[i] <= most))) continue;
         n++, sum_r += r, sum_p += p, sum_rr += r * r, sum_rp += r * p;
     }
-    double variance = n * sum_rr - sum_r * sum_r, gain = variance > 0 ? (n * sum_rp - sum_r * sum_p) / variance : 1;
-    double bias = n > 0 ? (sum_p - gain * sum_r) / n : 0;
-    for (uint32_t i = 0; i < pixels; i++)
+    double variance = n * sum_rr - sum_r * sum_r;
+    *gain = variance > 0 ? (n * sum_rp - sum_r * sum_p) / variance : 1;
+    *bias = n > 0 ? (sum_p - *gain * sum_r) / n : 0;
+}
+
+static void apply_fit(struct vw_panes *panes, uint32_t channel) {
+    double gain, bias;
+    vw_panes_fit(panes, channel, NULL, 0, &gain, &bias);
+    for (uint32_t i = 0; i < panes->size_px[0] * panes->size_px[1]; i++)
         panes->render[3 * i + channel] = (float)(gain * panes->render[3 * i + channel] + bias);
 }
 
@@ -64,7 +69,7 @@ enum vw_status vw_panes_make(const struct vw_panes_params *params, uint32_t view
                                 ? vw_trainer_render_small(params->trainer, view, panes->size_px, &panes->render)
                                 : VW_ERROR_MEMORY;
     if (!status) read_photo(params, view, panes);
-    for (int c = 0; c < 3 && !status && params->fitted; c++) fit_channel(panes, c);
+    for (uint32_t c = 0; c < 3 && !status && params->fitted; c++) apply_fit(panes, c);
     return status;
 }
 

@@ -35,6 +35,10 @@ struct vw_panes {
 enum vw_status vw_panes_make(const struct vw_panes_params *params, uint32_t view, uint32_t height_px,
                              struct vw_panes *panes);
 void vw_panes_free(struct vw_panes *panes);
+// Fits the gain and bias of a channel that bring the render nearest to the photo (least squares), where errors are at
+// most `most`; errors of NULL: everywhere. 1 and 0 where nothing tells.
+void vw_panes_fit(const struct vw_panes *panes, uint32_t channel, const float *errors, double most, double *gain,
+                  double *bias);
 
 // ---- Pictures of them ----
 

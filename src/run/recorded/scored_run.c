@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "ledger/find_image.h"
@@ -114,11 +115,12 @@ static enum vw_status open_scene(const struct vw_scored_run *run, const char *to
     enum vw_status status = vw_scene_options_from_json(run->recorded.row.scene_options_json, &texts, &params);
     if (status) return status;
     params.path = run->recorded.row.scene_path;
+    bool whole = !params.corrupt && vw_file_exists_inside(run->recorded.out, VW_CHECKSUMS_FILE);
     params.downscale = params.corrupt = 0;
     params.val_weights = params.providers = NULL;
     params.headers_only = true;
-    char *found = params.masks ? NULL : vw_path_join(run->recorded.out, VW_OUT_MASKS);
-    if (found && vw_folder_exists(found)) params.masks = found;
+    char *found = vw_path_join(run->recorded.out, VW_OUT_MASKS);
+    if (found && vw_folder_exists(found) && whole) params.masks = found; // given ones are among them
     status = vw_scene_open(&params, scene);
     free(found);
     json_decref(texts);
