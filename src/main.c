@@ -27,7 +27,8 @@ static const struct vw_program_command commands[] = {
      "and no device is needed except for a recipe.\n"
      "Photos of more than 4 megapixels are checked at a smaller size, or at --downscale. --to writes a table (.csv) of "
      "all photos with the evidence: in_place is the share of the points that a photo should show and shows there; "
-     "stops, sharpness and noise are relative to photos of the same points.",
+     "stops, sharpness and noise are relative to photos of the same points. --copy copies the scene, with photos off "
+     "their pose where they were found.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_CHECK | VW_OPTIONS_JSON, vw_command_check},
     {VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",

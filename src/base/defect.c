@@ -62,7 +62,7 @@ const char *vw_defect_remedy(const struct vw_defect *defect) {
         [VW_DEFECT_EMPTY] = "leave it out",
         [VW_DEFECT_ORIENTATION] = "turn its pixels back, or leave it out",
         [VW_DEFECT_SWAPPED] = "give the files their own names",
-        [VW_DEFECT_POSE] = "correct its pose, or leave it out",
+        [VW_DEFECT_POSE] = "correct its pose (--copy), or leave it out",
         [VW_DEFECT_MISMATCH] = "find its pose again, or leave it out",
         [VW_DEFECT_COPY] = "keep one of them",
         [VW_DEFECT_OCCLUDER] = "mask it (masks/NAME.png), or leave it out",

@@ -90,9 +90,10 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT | VW_OPTIONS_NEXT | VW_OPTIONS_CHECK, VW_SECTION_MAIN,
      OPTION(TEXT, to), COMMON},
     {"copy", "DIR",
-     "Folder to make with the photos that select keeps and those that validate and test, their masks and maps of "
-     "features, a COLMAP model and transforms.json, for other trainers; beside or instead of --to",
-     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, copy), COMMON},
+     "Folder to make for other trainers, beside or instead of --to: the photos that select keeps and those that "
+     "validate and test, or by check all, those off their pose where they were found; with their masks and maps of "
+     "features, a COLMAP model and transforms.json",
+     VW_OPTIONS_SELECT | VW_OPTIONS_CHECK, VW_SECTION_MAIN, OPTION(TEXT, copy), COMMON},
     {"view", "NAME|N",
      "Photo to render, or whose intrinsics --pose and --path take: its name, also without folder and extension, or its "
      "index among the validation photos",

@@ -55,6 +55,46 @@ refused() {
     [[ $? -eq $status ]] && tail -1 "$folder/error" | grep -q "$text"
 }
 
+# Photos of two walls of noise, of a camera that moves to the right; the pose of one is turned by 3 degrees in the file.
+turned=$(awk 'BEGIN { a = 3 * atan2(0, -1) / 180
+    printf "[%.17g,0,%.17g,0],[0,1,0,0],[%.17g,0,%.17g,4]", cos(a), sin(a), -sin(a), cos(a) }')
+mkdir -p "$folder/walls/images"
+for k in {0..11}; do
+    awk -v k="$k" '
+        function draw(x, y) { n = sin(x * 12.9898 + y * 78.233) * 43758.5453; return n - (n < 0 ? int(n) - 1 : int(n)) }
+        function smooth(x, y, i, j, u, v) {
+            i = int(x + 100) - 100; j = int(y + 100) - 100; u = x - i; v = y - j
+            return (1 - v) * ((1 - u) * draw(i, j) + u * draw(i + 1, j)) + v * ((1 - u) * draw(i, j + 1) + u * draw(i + 1, j + 1)) }
+        BEGIN {
+            print "P2 128 96 255"
+            for (y = 0; y < 96; y++) for (x = 0; x < 128; x++) {
+                far = x + 7 * k < 104 ? 4 : 3; u = (x - 63.5) / 100 * far + 0.2 * (k - 6); v = (y - 47.5) / 100 * far
+                printf "%d\n", 40 + 110 * smooth(4 * u, 4 * v) + 70 * smooth(11 * u, 11 * v)
+            } }' >"$folder/walls/images/$k.pgm"
+done
+{
+    printf '{"fl_x": 100, "fl_y": 100, "cx": 64, "cy": 48, "w": 128, "h": 96, "frames": ['
+    for k in {0..11}; do
+        [[ $k -eq 0 ]] || printf ', '
+        pose="[1,0,0,$(awk -v k="$k" 'BEGIN {print 0.2 * (k - 6)}')],[0,1,0,0],[0,0,1,4]"
+        [[ $k -ne 6 ]] || pose=$turned
+        printf '{"file_path": "images/%d.pgm", "transform_matrix": [%s,[0,0,0,1]]}' "$k" "$pose"
+    done
+    printf ']}'
+} >"$folder/walls/transforms.json"
+largest() { # largest K: the largest difference of the copy's turn of photo K from none
+    sqlite3 :memory: "WITH f AS (SELECT value AS f FROM json_each(CAST(readfile('$folder/mended/transforms.json') AS TEXT), '\$.frames')
+        WHERE value ->> '\$.file_path' = 'images/$1.pgm'), i(i) AS (VALUES (0), (1), (2)), j(j) AS (VALUES (0), (1), (2))
+        SELECT max(abs((f ->> ('\$.transform_matrix[' || i || '][' || j || ']')) - (i = j))) FROM f, i, j"
+}
+check "a scene is copied with the pose that was found" answers "j ->> '\$.found' = 1 AND j ->> '\$.mended' = 1
+    AND j ->> '\$.checks[6].defects' = 'pose'" "$viewworth" check "$folder/walls" --copy "$folder/mended" --json
+check "  to a fifth of a degree" test "$(sqlite3 :memory: "SELECT $(largest 6) BETWEEN 1e-9 AND 0.0035")" = 1
+check "  and the others as they were" test "$(largest 5) $(largest 7)" = '0.0 0.0'
+check "it has no defect any more" answers "j ->> '\$.found' = 0 AND json_array_length(j, '\$.checks') = 12" \
+    "$viewworth" check "$folder/mended" --json
+check "a folder that is there is refused" refused 2 'mended: exists; name a new' "$viewworth" check "$folder/walls" --copy "$folder/mended"
+check "a recipe has nothing to copy" refused 2 'a recipe has no photo files' "$viewworth" check scenes/eight.json --copy "$folder/copy"
 check "a table that cannot be written fails" refused 1 "no-such-folder" "$viewworth" check scenes/eight.json \
     --to "$folder/no-such-folder/t.csv"
 check "a scene that is missing is refused" refused 2 "no-such-scene" "$viewworth" check "$folder/no-such-scene"

@@ -23,11 +23,11 @@ static enum vw_status list_found(const struct vw_checked *checked, struct vw_che
 
 static json_t *to_json(const struct vw_checked *checked, uint32_t found_count) {
     const struct vw_rows rows = vw_check_rows(checked->rows, checked->row_count);
-    return json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:f, s:o}", "scene", checked->scene->path, "photos",
+    return json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:f, s:s*, s:I, s:o}", "scene", checked->scene->path, "photos",
                      (json_int_t)checked->row_count, "found", (json_int_t)found_count, "unknown",
                      (json_int_t)count_unknown(checked), "points", (json_int_t)checked->check->point_count,
-                     "made_points", (json_int_t)checked->check->made_count, "seconds", checked->seconds, "checks",
-                     vw_rows_to_json(&rows));
+                     "made_points", (json_int_t)checked->check->made_count, "seconds", checked->seconds, "copy",
+                     checked->copy, "mended", (json_int_t)checked->mended_count, "checks", vw_rows_to_json(&rows));
 }
 
 static void print(const struct vw_checked *checked, const struct vw_check_row *found, uint32_t found_count) {
@@ -39,6 +39,12 @@ static void print(const struct vw_checked *checked, const struct vw_check_row *f
                  vw_plural(unknown), unknown == 1 ? "s" : "");
     vw_print("found    %u photo%s to look at\n", found_count, vw_plural(found_count));
     if (checked->table) vw_print("table    %s\n", checked->table);
+    if (checked->copy) {
+        vw_print("copy    ");
+        vw_print_shell_path(checked->copy);
+        vw_print(" (%u photo%s where found; images, masks, sparse/0, transforms.json)\n", checked->mended_count,
+                 vw_plural(checked->mended_count));
+    }
     if (!found_count) return;
     const struct vw_rows rows = vw_check_text_rows(found, found_count);
     vw_print("\n");

@@ -35,6 +35,8 @@ struct vw_checked {
     uint32_t row_count;
     const char *table; // the file that has them; NULL: none
     double seconds;
+    const char *copy;      // the folder of the copy; NULL: none
+    uint32_t mended_count; // photos of it that stand where they were found
 };
 // Prints the photos that have a defect; in JSON all, with their evidence.
 enum vw_status vw_check_print(const struct vw_checked *checked, bool json);
