@@ -180,6 +180,8 @@ uint64_t vw_view_image_bytes(const struct vw_scene *scene, uint32_t view);
 
 // Returns the size of the photo's file; of a recipe that of the photo as loaded.
 void vw_view_file_size(const struct vw_scene *scene, uint32_t view, uint32_t size_px[2]);
+// Returns the orientation that its EXIF data gives, 1 to 8; 0: none. Pixels are used as they are stored.
+uint32_t vw_view_orientation(const struct vw_scene *scene, uint32_t view);
 // Returns the name of the mask of a photo in a folder of masks, owned by the caller: its own without images/
 // in front, and .png, as COLMAP names masks. NULL when memory is short.
 char *vw_mask_name(const char *photo);

@@ -33,7 +33,10 @@ char *vw_defect_describe(const struct vw_defect *defect, const char *other, char
     double amount = defect->amount, percent = 100 * amount;
     switch (defect->kind) {
     case VW_DEFECT_EMPTY: snprintf(text, bytes, "shows nothing"); break;
-    case VW_DEFECT_ORIENTATION: snprintf(text, bytes, "its pixels are turned by %.0f degrees", amount); break;
+    case VW_DEFECT_ORIENTATION:
+        snprintf(text, bytes, "its pixels are turned by %.0f degrees%s", amount,
+                 defect->detail > 0 ? ", as its EXIF data says" : "");
+        break;
     case VW_DEFECT_SWAPPED: snprintf(text, bytes, "shows what %.200s should show", other); break;
     case VW_DEFECT_POSE:
         snprintf(text, bytes, "taken %.1f degrees (%.0f px) off its pose", amount, defect->detail);
@@ -60,7 +63,7 @@ char *vw_defect_describe(const struct vw_defect *defect, const char *other, char
 const char *vw_defect_remedy(const struct vw_defect *defect) {
     static const char *const remedies[VW_DEFECT_COUNT] = {
         [VW_DEFECT_EMPTY] = "leave it out",
-        [VW_DEFECT_ORIENTATION] = "turn its pixels back, or leave it out",
+        [VW_DEFECT_ORIENTATION] = "turn its pixels back (mogrify -rotate), or leave it out",
         [VW_DEFECT_SWAPPED] = "give the files their own names",
         [VW_DEFECT_POSE] = "correct its pose (--copy), or leave it out",
         [VW_DEFECT_MISMATCH] = "find its pose again, or leave it out",
@@ -72,5 +75,7 @@ const char *vw_defect_remedy(const struct vw_defect *defect) {
         [VW_DEFECT_NOISE] = "leave it out if others show the same",
         [VW_DEFECT_TRACKS] = "reconstruct its pose and points together",
     };
+    if (defect->kind == VW_DEFECT_ORIENTATION && defect->detail > 0)
+        return "turn its pixels back (mogrify -auto-orient), or leave it out";
     return remedies[defect->kind];
 }

@@ -7,7 +7,7 @@
 // In the order in which they matter: the first of a photo is its reason.
 enum vw_defect_kind {
     VW_DEFECT_EMPTY,       // amount: contrast, [0,1]
-    VW_DEFECT_ORIENTATION, // degrees that its pixels are turned by
+    VW_DEFECT_ORIENTATION, // degrees clockwise that turn its pixels back; `detail`: 1 if EXIF says so
     VW_DEFECT_SWAPPED,     // share of points in place at the pose of `other`
     VW_DEFECT_POSE,        // degrees; `detail`: pixels
     VW_DEFECT_MISMATCH,    // share of points in place

@@ -181,7 +181,10 @@ static enum vw_status begin(const struct vw_scene *scene, struct checking *check
     checking->beside = vw_allocate(scene->view_count, sizeof *checking->beside);
     checking->beside_counts = vw_allocate(scene->view_count, sizeof *checking->beside_counts);
     if (!check->evidence || !checking->beside || !checking->beside_counts) return VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < scene->view_count; v++) check->evidence[v] = unknown;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        check->evidence[v] = unknown;
+        check->evidence[v].orientation = vw_view_orientation(scene, v);
+    }
     checking->evidence = check->evidence;
     enum vw_status status = vw_check_photos_open(scene, &checking->photos);
     struct vw_made_point *made = NULL;

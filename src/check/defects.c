@@ -59,6 +59,12 @@ static struct usual find_usual(const struct vw_check *check, double (*of)(const 
     return (struct usual){median, vw_robust_spread(values, count)};
 }
 
+// Returns whether the orientation of EXIF turns the pixels back.
+static bool exif_tells(const struct vw_photo_evidence *evidence) {
+    static const double turns_deg[9] = {[3] = 180, [6] = 90, [8] = 270}; // clockwise
+    return evidence->turned_over_deg == turns_deg[evidence->orientation];
+}
+
 // Says why a photo shows little of what its pose sees. `compared`: it shows enough to be compared.
 static enum vw_status find_place(struct finding *finding, uint32_t view, bool *compared) {
     const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
@@ -67,7 +73,9 @@ static enum vw_status find_place(struct finding *finding, uint32_t view, bool *c
         .view = view, .kind = VW_DEFECT_MISMATCH, .amount = evidence->in_place, .other = VW_DEFECT_NO_OTHER};
     *compared = true;
     if (!(evidence->in_place < least)) return VW_OK;
-    if (evidence->turned_over_deg > 0) defect.kind = VW_DEFECT_ORIENTATION, defect.amount = evidence->turned_over_deg;
+    if (evidence->turned_over_deg > 0)
+        defect.kind = VW_DEFECT_ORIENTATION, defect.amount = evidence->turned_over_deg,
+        defect.detail = exif_tells(evidence);
     else if (evidence->shows != UINT32_MAX)
         defect.kind = VW_DEFECT_SWAPPED, defect.amount = evidence->shows_in_place, defect.other = evidence->shows;
     else if (isfinite(evidence->turned_deg))

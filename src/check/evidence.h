@@ -23,6 +23,7 @@ struct vw_photo_evidence {
     double turned_over_deg;      // 90, 180 or 270: once its pixels are turned back by so much; 0: not so
     double turned_deg, moved_px; // at another pose than the scene's, so far away; NaN: not so
     double pose_found[3][4];     // camera_to_world of that; meaningless if turned_deg is NaN
+    uint32_t orientation;        // by EXIF, 1 to 8; 0: not given
     uint32_t shows;              // at the pose of another photo (scene index); UINT32_MAX: not so
     uint32_t tracks;             // points of the scene that it tracks
     double track_px;             // median distance of these tracks from where its pose sees the points

@@ -97,6 +97,7 @@ static const struct vw_column columns[] = {
     OF_ROW("shows", TEXT_OR_NULL, shows),
     OF_EVIDENCE("shows_in_place", REAL_OR_NULL, shows_in_place),
     OF_EVIDENCE("turned_over_in_place", REAL_OR_NULL, turned_over_in_place),
+    OF_EVIDENCE("exif_orientation", COUNT, orientation),
     OF_ROW("copy_of", TEXT_OR_NULL, copy_of),
     OF_EVIDENCE("similarity", REAL_OR_NULL, similarity),
     OF_EVIDENCE("tracks", COUNT, tracks),

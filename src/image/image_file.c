@@ -91,7 +91,8 @@ static enum vw_status open_file(const char *path, int descriptor, bool copied, s
 // ---- Headers --------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_header(const char *path, const struct vw_image_header *header) {
-    if (!header->width_px || !header->height_px || !header->channels || header->format > VW_PIXEL_FLOAT32)
+    if (!header->width_px || !header->height_px || !header->channels || header->format > VW_PIXEL_FLOAT32 ||
+        header->orientation > 8)
         return vw_fail(VW_ERROR_IO, "%s: the image decoder returned invalid data; remove the file", path);
     if ((uint64_t)header->width_px * header->height_px > PIXEL_LIMIT)
         return vw_fail(VW_ERROR_INPUT,

@@ -12,6 +12,7 @@
 struct vw_image_header {
     uint32_t width_px, height_px, channels;
     enum vw_pixel_format format;
+    uint32_t orientation; // by EXIF, 1 to 8; 0: not given. Pixels are as stored, whatever it is
 };
 
 static inline size_t vw_pixel_channel_bytes(enum vw_pixel_format format) {

@@ -242,6 +242,7 @@ static enum vw_status make_outputs(struct vw_run *run) {
                                                  .effects = run->effects,
                                                  .effect_count = run->effect_count,
                                                  .payout_cents = run->payout_cents,
+                                                 .findings = run->findings,
                                                  .report = {.scene = run->scene, .options = run->report}};
     return vw_run_outputs_make(&params, &run->results.outputs);
 }

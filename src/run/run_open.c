@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "detect/effects_text.h"
 #include "run/out_folder.h"
+#include "run/outputs/run_outputs.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/plan.h"
 #include "run/run_private.h"
@@ -228,6 +229,20 @@ static void log_field(const struct vw_run *run) {
                 vw_run_expected_steps(run));
 }
 
+// Checks the photos of a run that has steps to take, and logs those with defects: it may train for long.
+static enum vw_status look_at_photos(struct vw_run *run) {
+    enum { SHOWN = 8 };
+    uint32_t count = 0;
+    enum vw_status status = vw_run_check_photos(run->scene, run->scene_options_json, run->gpu, &run->findings);
+    for (uint32_t v = 0; !status && v < run->scene->view_count; v++) {
+        const struct vw_photo_finding *finding = &run->findings[v];
+        if (!finding->word || count++ >= SHOWN) continue;
+        vw_log_info("look at  %s: %s, %s", run->scene->views[v].name, finding->word, finding->description);
+    }
+    if (count > SHOWN) vw_log_info("         and %u more photos: viewworth check says what is wrong", count - SHOWN);
+    return status;
+}
+
 static enum vw_status open_on_session(struct vw_run *run, const struct vw_session_params *params) {
     enum vw_status status = vw_session_open(params, run->session);
     if (status) return status;
@@ -247,7 +262,9 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     if (!status && run->lasting.wanted) status = vw_lasting_check_trainer(run->trainer);
     if (status) return status;
     log_field(run);
-    return run->ledger ? resume(run) : VW_OK;
+    if (run->ledger) status = resume(run);
+    bool looks = run->validate && !run->complete && run->session == &run->own; // many runs share a session
+    return !status && looks ? look_at_photos(run) : status;
 }
 
 // Settles over how many epochs the rate falls: those of a resumed run stay, so that more epochs extend it.
@@ -336,6 +353,7 @@ void vw_run_close(struct vw_run **run) {
     free(closed->results.field_path);
     free(closed->results.splats_path);
     free(closed->scene_options_json);
+    free(closed->findings);
     free(closed->out);
     free(closed);
     *run = NULL;

@@ -39,6 +39,8 @@ struct vw_run {
     struct vw_ledger *ledger;        // NULL until the first steps are recorded, unless resumed
     struct vw_ledger_writer *writer; // NULL until the first steps are recorded; idle outside vw_run_advance()
 
+    struct vw_photo_finding *findings; // owned; of the photos alone, before training; NULL: not checked
+
     // The progress.
     bool complete;          // resumed, and no step is left
     bool begun, over;       // the first advance; all steps are taken

@@ -169,6 +169,10 @@ void vw_view_file_size(const struct vw_scene *scene, uint32_t view, uint32_t siz
     size_px[1] = header ? header->height_px : camera->height_px;
 }
 
+uint32_t vw_view_orientation(const struct vw_scene *scene, uint32_t view) {
+    return scene->source ? scene->source->photos[view].image_header.orientation : 0;
+}
+
 // ---- Reading files --------------------------------------------------------------------------------------------------
 
 // Returns whether a photo can be decoded when it is first needed: no decision at opening depends on its pixels.

@@ -323,6 +323,16 @@ TEST(words_find_their_kind) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(others); i++) assert_null(vw_defect_find_word(others[i]));
 }
 
+TEST(a_turn_that_exif_tells_has_a_command) {
+    char text[VW_DEFECT_TEXT_BYTES];
+    struct vw_defect defect = {.kind = VW_DEFECT_ORIENTATION, .amount = 90};
+    assert_null(strstr(vw_defect_describe(&defect, NULL, text), "EXIF"));
+    assert_non_null(strstr(vw_defect_remedy(&defect), "mogrify -rotate"));
+    defect.detail = 1;
+    assert_non_null(strstr(vw_defect_describe(&defect, NULL, text), "turned by 90 degrees, as its EXIF data says"));
+    assert_non_null(strstr(vw_defect_remedy(&defect), "mogrify -auto-orient"));
+}
+
 enum { PIECES = 300, FAILING = 31 };
 static atomic_uint calls[PIECES];
 

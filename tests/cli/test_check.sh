@@ -28,8 +28,11 @@ truth() { sqlite3 -separator ' ' "$1" "SELECT name, CASE ground_truth WHEN 'wron
     WHERE ground_truth != 'clean' ORDER BY name"; }
 
 check "the courtyard is checked" "$viewworth" check scenes/courtyard.json --to "$folder/check.csv" >"$folder/text" 2>/dev/null
-check "a run of one epoch notes the truth" "$viewworth" value scenes/courtyard.json --out "$folder/out" --quiet --field hash --rays 16 \
-    --samples 4 --epochs 3 --effects none --no-thumbnails
+check "a run of one epoch notes the truth" eval '"$viewworth" value scenes/courtyard.json --out "$folder/out" --field hash --rays 16 \
+    --samples 4 --epochs 3 --effects none --no-thumbnails >/dev/null 2>"$folder/log"'
+check "  and says first what is wrong, in short" test "$(grep -nE '^look at  view_[0-9]+: ' "$folder/log" | wc -l
+    ) $(grep -c 'and 4 more photos: viewworth check says what is wrong' "$folder/log")" = '8 1'
+check "info has them all" answers "json_array_length(j, '\$.defects') = 12" "$viewworth" info scenes/courtyard.json --effects none --json
 check "twelve of twelve, each with its reason, and no other photo" diff <(first_defects "$folder/check.csv" | sed 's/motion blur/blur/') \
     <(truth "$folder/out/ledger.db")
 check "the text counts them" grep -q '^found    12 photos to look at$' "$folder/text"

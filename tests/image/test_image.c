@@ -235,7 +235,11 @@ FOLDER_TEST(orientation_is_ignored) {
     const uint8_t pixels[3 * 2] = {0, 51, 102, 153, 204, 255};
     for (uint32_t orientation = 1; orientation <= 8; orientation++) {
         const struct tiff tiff = {3, 2, 1, 8, false, ALPHA_NONE, .pixels = pixels, .orientation = orientation};
-        struct vw_image *image = load(write_tiff(*state, "turned.tif", &tiff), 1);
+        const char *path = write_tiff(*state, "turned.tif", &tiff);
+        struct vw_image *image = load(path, 1);
+        struct vw_image_header header;
+        ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
+        assert_int_equal(header.orientation, orientation); // told, for who looks for defects
         assert_int_equal(image->width_px, 3);
         for (uint32_t i = 0; i < 6; i++) {
             float grey = (float)i / 5;

@@ -1,6 +1,8 @@
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "check/table.h"
 #include "cli/commands/commands.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
@@ -25,9 +27,11 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     struct vw_scene *scene = NULL;
     struct vw_scene_info info = {0};
     struct vw_scene_params params;
+    struct vw_photo_finding *findings = NULL;
     enum vw_status status = vw_params_settle(options, options->device, &params, &config);
     if (!status) status = vw_params_open_scene(&params, NULL, options->device, &gpu, &scene); // pixels are evidence
     if (!status && scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
+    if (!status) status = vw_photo_findings_make(scene, &findings);
     if (!status) status = open_device(options, &gpu, &info.estimate);
     if (!status) status = vw_effects_decide_cached(gpu, scene, &config, info.effects, &info.effect_count);
     if (!status) vw_estimate_run(&config, scene, gpu, info.effects, info.effect_count, &info.estimate);
@@ -35,7 +39,9 @@ enum vw_status vw_command_info(const struct vw_options *options) {
         status = vw_prices_estimate(&config, vw_params_explicit_fields(options), scene, gpu, info.effects,
                                     info.effect_count, info.prices);
     info.scene = scene;
+    info.findings = findings;
     if (!status) status = vw_scene_info_print(&info, options->json);
+    free(findings);
     vw_scene_close(&scene);
     (void)vw_gpu_close(&gpu);
     return status;

@@ -25,6 +25,7 @@ struct vw_scene_info {
     uint32_t effect_count;
     struct vw_estimate estimate;
     struct vw_level_prices prices[VW_PRICED_LEVELS]; // with an estimate only
+    const struct vw_photo_finding *findings;         // by view
 };
 enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);
 

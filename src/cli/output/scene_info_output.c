@@ -107,6 +107,18 @@ static void print_exposures(const struct description *description) {
                  scene->split_count[VW_SPLIT_TRAIN]);
 }
 
+// Prints the photos with defects, as check does at greater length.
+static void print_findings(const struct vw_scene_info *info) {
+    enum { SHOWN = 8 };
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < info->scene->view_count; v++) {
+        const struct vw_photo_finding *finding = &info->findings[v];
+        if (!finding->word || count++ >= SHOWN) continue;
+        vw_print("look at  %s: %s, %s\n", info->scene->views[v].name, finding->word, finding->description);
+    }
+    if (count > SHOWN) vw_print("         and %u more photos (viewworth check has all)\n", count - SHOWN);
+}
+
 static void print_estimate(const struct vw_estimate *estimate) {
     vw_print("memory   %.1f MiB on the host for photos, masks and points\n", (double)estimate->host_bytes / 0x1p20);
     if (*estimate->missing) {
@@ -180,6 +192,7 @@ static void print_text(const struct description *description) {
                  scene->track_count);
     print_points(description);
     print_exposures(description);
+    print_findings(description->info);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     print_estimate(&description->info->estimate);
     if (!*description->info->estimate.missing) print_prices(description->info);
@@ -245,6 +258,16 @@ static json_t *exposures_to_json(const struct description *description) {
     return array;
 }
 
+static json_t *findings_to_json(const struct vw_scene_info *info) {
+    json_t *array = json_array();
+    for (uint32_t v = 0; v < info->scene->view_count; v++)
+        if (info->findings[v].word)
+            vw_json_append(&array, json_pack("{s:s, s:s, s:o}", "name", info->scene->views[v].name, "defect",
+                                             info->findings[v].word, "description",
+                                             vw_json_string(info->findings[v].description)));
+    return array;
+}
+
 // Returns null if no view sees points.
 static json_t *depths_to_json(const struct description *description) {
     if (!description->ranged_count) return json_null();
@@ -278,15 +301,15 @@ static json_t *prices_to_json(const struct vw_scene_info *info) {
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
     const struct vw_rows cameras = VW_ROWS(camera_columns, description->cameras, description->camera_count);
-    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o}", "scene",
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "scene",
                      scene->path, "format", scene->format, "views", (json_int_t)scene->view_count, "splits",
                      splits_to_json(scene), "cameras", vw_rows_to_json(&cameras), "bounds", bounds_to_json(scene),
                      "has_alpha", scene->has_alpha, "masks", (json_int_t)scene->masked_view_count, "points",
                      (json_int_t)scene->point_count, "tracks", (json_int_t)scene->track_count, "depths",
                      depths_to_json(description), "exposures", exposures_to_json(description), "notes",
-                     notes_to_json(scene), "estimate", estimate_to_json(&description->info->estimate), "prices",
-                     prices_to_json(description->info), "effects",
-                     vw_effects_to_json(description->info->effects, description->info->effect_count));
+                     notes_to_json(scene), "defects", findings_to_json(description->info), "estimate",
+                     estimate_to_json(&description->info->estimate), "prices", prices_to_json(description->info),
+                     "effects", vw_effects_to_json(description->info->effects, description->info->effect_count));
 }
 
 // ---- Both ----------------------------------------------------------------------------------------------------------

@@ -112,6 +112,8 @@ void open_header(const char *plugin, image_file &file, vw_oiio_result &result) {
     result.header.height_px = static_cast<uint32_t>(spec.height);
     result.header.channels = static_cast<uint32_t>(spec.nchannels);
     result.header.format = pixel_format(spec.format);
+    int orientation = spec.get_int_attribute("Orientation", 0);
+    result.header.orientation = orientation >= 1 && orientation <= 8 ? static_cast<uint32_t>(orientation) : 0;
     find_channels(spec, result.rgba_channel);
     result.premultiplied = spec.alpha_channel >= 0 && !spec.get_int_attribute("oiio:UnassociatedAlpha", 0);
 }
@@ -178,7 +180,7 @@ extern "C" vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, u
         OIIO::ImageBuf target(to, result.data);
         if (!OIIO::ImageBufAlgo::resize(target, source, "lanczos3"))
             throw failure{VW_ERROR_IO, or_else(target.geterror(), "resizing failed")};
-        result.header = {new_width_px, new_height_px, 4, VW_PIXEL_FLOAT32};
+        result.header = {new_width_px, new_height_px, 4, VW_PIXEL_FLOAT32, 0};
     });
 }
 

@@ -121,10 +121,29 @@ static enum vw_status judge_views(const struct vw_run_outputs_params *params, st
 
 // ---- Scene and field -----------------------------------------------------------------------------------------------
 
+enum vw_status vw_run_check_photos(const struct vw_scene *scene, const char *scene_options_json, struct vw_gpu *gpu,
+                                   struct vw_photo_finding **findings) {
+    const struct vw_reconstruction_params seen = {.scene = scene, .scene_options_json = scene_options_json, .gpu = gpu};
+    struct vw_scene *sized = NULL; // as trained, photos may show too little
+    enum vw_status status = vw_reconstruction_open_scene(&seen, &sized);
+    if (!status) status = vw_photo_findings_make(sized ? sized : scene, findings);
+    vw_scene_close(&sized);
+    return status;
+}
+
+// Takes the findings that there are, or checks the photos.
+static enum vw_status take_findings(const struct vw_run_outputs_params *params, struct vw_photo_finding **findings) {
+    uint32_t count = params->scene->view_count;
+    if (!params->findings) return vw_run_check_photos(params->scene, params->scene_options_json, params->gpu, findings);
+    *findings = vw_allocate(count, sizeof **findings);
+    if (*findings) memcpy(*findings, params->findings, count * sizeof **findings);
+    return *findings ? VW_OK : VW_ERROR_MEMORY;
+}
+
 // Measures and pictures what a later report cannot, without scene and field, and writes it.
 static enum vw_status look_at_field(const struct vw_run_outputs_params *params, struct vw_results *results,
                                     uint32_t *mask_count) {
-    struct vw_reconstruction_params seen = {
+    const struct vw_reconstruction_params seen = {
         .scene = params->scene,
         .scene_options_json = params->scene_options_json,
         .gpu = params->gpu,
@@ -140,13 +159,9 @@ static enum vw_status look_at_field(const struct vw_run_outputs_params *params, 
     };
     struct vw_cover_params cover = {
         .panes = residuals.panes, .rays_most = vw_residuals_rays(params->scoring, params->config), .out = params->out};
-    cover.panes.fitted = false;    // but without what covers
-    struct vw_scene *sized = NULL; // as trained, photos may show too little
-    enum vw_status status = vw_reconstruction_open_scene(&seen, &sized);
-    seen.sized = sized ? sized : params->scene;
-    if (!status) status = vw_photo_findings_make(seen.sized, &results->findings);
+    cover.panes.fitted = false; // but without what covers
+    enum vw_status status = take_findings(params, &results->findings);
     if (!status) status = vw_reconstruction_measure(&seen, &results->reconstruction);
-    vw_scene_close(&sized);
     if (!status) status = vw_cover_masks_make(&cover, results->findings, mask_count);
     if (!status) warn_of_defects(params->scene, results->findings);
     if (!status) results->map = vw_scene_map_make(params->scene, results->findings);

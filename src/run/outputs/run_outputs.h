@@ -29,6 +29,7 @@ struct vw_run_outputs_params {
     uint32_t effect_count;
     uint64_t payout_cents; // to be divided; 0: none
     struct vw_report_params report;
+    const struct vw_photo_finding *findings; // by view, of the photos alone; NULL: they are checked here
 };
 
 // Owned; freed by vw_run_outputs_free().
@@ -46,6 +47,10 @@ struct vw_run_outputs {
 // Removes all derived files and writes scores.csv, before the ledger receives the scores: a ledger with scores has a
 // scores.csv with them, also after a kill. `pays`: a payout is made afterwards (run/out_folder.h).
 enum vw_status vw_run_scores_write(const char *out, const struct vw_scoring *scoring, bool pays);
+// Checks the photos at the size that the reconstruction is measured at, whatever size is trained; by view, owned by the
+// caller (free).
+enum vw_status vw_run_check_photos(const struct vw_scene *scene, const char *scene_options_json, struct vw_gpu *gpu,
+                                   struct vw_photo_finding **findings);
 // Writes field.ply where the field is splats, with harmonics of at least a degree.
 enum vw_status vw_run_splats_write(struct vw_trainer *trainer, uint32_t degree, const char *out, bool *written);
 enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out); // splits.json
