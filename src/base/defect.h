@@ -10,6 +10,7 @@ enum vw_defect_kind {
     VW_DEFECT_ORIENTATION, // degrees clockwise that turn its pixels back; `detail`: 1 if EXIF says so
     VW_DEFECT_SWAPPED,     // share of points in place at the pose of `other`
     VW_DEFECT_POSE,        // degrees; `detail`: pixels
+    VW_DEFECT_ZOOM,        // times the focal length of its camera
     VW_DEFECT_MISMATCH,    // share of points in place
     VW_DEFECT_COPY,        // similarity to the first of its near-duplicates, of which `other` is to be kept
     VW_DEFECT_OCCLUDER,    // share of the photo
@@ -18,11 +19,12 @@ enum vw_defect_kind {
     VW_DEFECT_EXPOSURE,    // stops
     VW_DEFECT_NOISE,       // times that of other photos
     VW_DEFECT_TRACKS,      // pixels between tracks and points; `detail`: share of points it faces away from
+    VW_DEFECT_FEW_TRACKS,  // points that it tracks; `detail`: those of others
     VW_DEFECT_COUNT
 };
 
-// The words of kinds: "empty", "orientation", "swapped", "pose", "mismatch", "copy", "occluder", "blur", "motion blur",
-// "exposure", "noise", "tracks".
+// The words of kinds: "empty", "orientation", "swapped", "pose", "zoom", "mismatch", "copy", "occluder", "blur",
+// "motion blur", "exposure", "noise", "tracks", "few tracks".
 extern const char *const vw_defect_words[VW_DEFECT_COUNT];
 // Returns the static word that equals `word`; NULL for other words and NULL.
 const char *vw_defect_find_word(const char *word);

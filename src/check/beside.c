@@ -125,6 +125,7 @@ uint32_t vw_beside_measure(const struct vw_check_photos *photos, uint32_t view, 
             if (fabs(log2(magnification)) > SCALES_APART) continue;
             if (!measure(photos->scene, other, point->reference_px[k], there)) continue;
             made[count].other = point->references[k];
+            made[count].shown = point->shown;
             for (int m = 0; m < VW_BESIDE_COUNT; m++) made[count].differences[m] = here[m] - there[m];
             count++;
         }
@@ -132,12 +133,57 @@ uint32_t vw_beside_measure(const struct vw_check_photos *photos, uint32_t view, 
     return count;
 }
 
-// Lists what a measure of a photo is by each comparison with another photo, sorted; returns their number.
-static uint32_t list_values(const struct vw_beside *made, uint32_t count, int measure,
+// A comparison, as it is for one of its two photos.
+struct seen {
+    const struct vw_beside *made;
+    uint32_t other; // scene index
+    float sign;
+};
+
+// All comparisons, photo by photo. Owned.
+struct all_seen {
+    struct seen *list;
+    uint32_t *begins; // by photo, and one beyond
+    uint32_t most;    // of a photo
+};
+
+static void free_seen(struct all_seen *all) {
+    free(all->list);
+    free(all->begins);
+}
+
+// Lists each comparison with its photo, and if that shows the point with the other one.
+static enum vw_status list_seen(struct vw_beside *const *made, const uint32_t *counts, uint32_t view_count,
+                                struct all_seen *all) {
+    all->begins = vw_allocate((size_t)view_count + 2, sizeof *all->begins); // shifted by one while filling
+    if (!all->begins) return VW_ERROR_MEMORY;
+    uint32_t *ends = all->begins + 1;
+    for (uint32_t v = 0; v < view_count; v++)
+        for (uint32_t i = 0; i < counts[v]; i++) {
+            ends[v + 1]++;
+            ends[made[v][i].other + 1] += made[v][i].shown;
+        }
+    for (uint32_t v = 0; v < view_count; v++) {
+        if (ends[v + 1] > all->most) all->most = ends[v + 1];
+        ends[v + 1] += ends[v];
+    }
+    all->list = vw_allocate(ends[view_count], sizeof *all->list);
+    for (uint32_t v = 0; v < view_count && all->list; v++)
+        for (uint32_t i = 0; i < counts[v]; i++) {
+            const struct vw_beside *one = &made[v][i];
+            all->list[ends[v]++] = (struct seen){one, one->other, 1};
+            if (one->shown) all->list[ends[one->other]++] = (struct seen){one, v, -1};
+        }
+    return all->list ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// Sorts what a measure of a photo is by each comparison; returns how many there are.
+static uint32_t sort_values(const struct all_seen *all, uint32_t view, int measure,
                             const struct vw_beside_level (*levels)[VW_BESIDE_COUNT], double *values) {
     uint32_t known = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        double value = made[i].differences[measure] + levels[made[i].other][measure].median;
+    for (uint32_t i = all->begins[view]; i < all->begins[view + 1]; i++) {
+        const struct seen *seen = &all->list[i];
+        double value = seen->sign * seen->made->differences[measure] + levels[seen->other][measure].median;
         if (!isnan(value)) values[known++] = value;
     }
     vw_sort(values, known);
@@ -146,19 +192,22 @@ static uint32_t list_values(const struct vw_beside *made, uint32_t count, int me
 
 enum vw_status vw_beside_solve(struct vw_beside *const *made, const uint32_t *counts, uint32_t view_count,
                                struct vw_beside_level (*levels)[VW_BESIDE_COUNT]) {
-    double *values = vw_allocate(2 * VW_EXPECTED_MOST, sizeof *values);
-    if (!values) return VW_ERROR_MEMORY;
-    for (int round = 0; round < ROUNDS; round++)
+    struct all_seen all = {0};
+    enum vw_status status = list_seen(made, counts, view_count, &all);
+    double *values = status ? NULL : vw_allocate(all.most, sizeof *values);
+    if (!values) status = VW_ERROR_MEMORY;
+    for (int round = 0; round < ROUNDS && !status; round++)
         for (uint32_t v = 0; v < view_count; v++)
             for (int m = 0; m < VW_BESIDE_COUNT; m++) {
                 struct vw_beside_level *level = &levels[v][m];
-                uint32_t known = list_values(made[v], counts[v], m,
-                                             (const struct vw_beside_level(*)[VW_BESIDE_COUNT])levels, values);
+                uint32_t known =
+                    sort_values(&all, v, m, (const struct vw_beside_level(*)[VW_BESIDE_COUNT])levels, values);
                 if (known >= FEW) level->median = vw_quantile_of_sorted(values, known, 0.5);
                 if (round + 1 < ROUNDS) continue;
                 level->low = known >= FEW ? vw_quantile_of_sorted(values, known, 0.25) : NAN;
                 level->high = known >= FEW ? vw_quantile_of_sorted(values, known, 0.75) : NAN;
             }
     free(values);
-    return VW_OK;
+    free_seen(&all);
+    return status;
 }

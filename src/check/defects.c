@@ -10,19 +10,21 @@
 // (seed 7001), between untouched and damaged photos. How often they are right elsewhere: lab/results/defects.md.
 static const double EMPTY_CONTRAST = 0.02; // untouched photos had 0.06 and more
 static const double IN_PLACE_LEAST = 0.33; // untouched photos had 0.36 and more, those with wrong poses 0.2 and less
+static const double UNEXPLAINED = 0.3;     // share of that, below which a photo is told although nothing explains it
 static const double HIDDEN = 0.04;         // untouched photos had less, but for 1 of 1,400
 static const double HIDDEN_WIDELY = 0.15;  // so much makes a photo show little of what its pose sees
-static const double SHARP = 0.68; // upper quarter: untouched photos had 0.75 and more, blur of 1 px 0.66 and less
-static const double EVEN = 0.72;  // blurred photos: motion of 5 px and more had 0.65 and less
+static const double SHARP = 0.8;  // upper quarter: untouched photos had 0.92 and more, blur of 1 px 0.67 and less
+static const double EVEN = 0.76;  // blurred photos: motion of 4 px and more had 0.74 and less
 static const double STOPS = 0.42; // 98 of 100 untouched photos had less
 static const double STOPS_SPREADS = 2.3; // spreads of the photo's points: surfaces that shine differ by direction
-static const double NOISY = 2.4;         // lower quarter: untouched photos had 2.1 and less
+static const double NOISY = 1.7;         // lower quarter: untouched photos had 1.3 and less
 static const double NOISIER = 5;         // though something with a pattern hides a quarter of the photo
 static const double HIDDEN_QUARTER = 0.25;
-static const double TRACK_PX = 3;  // median of a photo
-static const double BEHIND = 0.05; // share of tracked points
+static const double TRACK_PX = 3;      // median of a photo
+static const double BEHIND = 0.05;     // share of tracked points
+static const double FEW_TRACKS = 0.05; // share of what others track: sound photos of four captures had 0.1 and more
 // In addition, so that nothing stands out among photos of many kinds: robust spreads from the median, and a share.
-static const double SPREADS = 3, MEDIAN_SHARE = 0.5, TIMES_MEDIAN = 4;
+static const double SPREADS = 4, MEDIAN_SHARE = 0.5, TIMES_MEDIAN = 4;
 enum { POINTS_LEAST = 24, TRACKS_LEAST = 8 };
 
 // The usual measure among the photos of a scene.
@@ -33,7 +35,7 @@ struct usual {
 struct finding {
     struct vw_check *check;
     size_t capacity;
-    struct usual in_place, sharpness, stops, noise, track_px; // sharpness and noise: of logarithms
+    struct usual in_place, sharpness, stops, noise, tracks, track_px; // sharpness and noise: of logarithms
 };
 
 static enum vw_status add(struct finding *finding, struct vw_defect defect) {
@@ -48,6 +50,9 @@ static double log_sharpness(const struct vw_photo_evidence *evidence) { return l
 static double log_noise(const struct vw_photo_evidence *evidence) { return log(evidence->noise); }
 static double in_place_of(const struct vw_photo_evidence *evidence) { return evidence->in_place; }
 static double stops_of(const struct vw_photo_evidence *evidence) { return evidence->stops; }
+static double tracks_of(const struct vw_photo_evidence *evidence) {
+    return isnan(evidence->contrast) ? NAN : evidence->tracks;
+}
 static double track_px_of(const struct vw_photo_evidence *evidence) { return evidence->track_px; }
 
 static struct usual find_usual(const struct vw_check *check, double (*of)(const struct vw_photo_evidence *),
@@ -65,6 +70,11 @@ static bool exif_tells(const struct vw_photo_evidence *evidence) {
     return evidence->turned_over_deg == turns_deg[evidence->orientation];
 }
 
+static bool is_blurred(const struct finding *finding, const struct vw_photo_evidence *evidence) {
+    double least = finding->sharpness.median - SPREADS * finding->sharpness.spread;
+    return log(evidence->sharpness_high) < fmin(log(SHARP), least);
+}
+
 // Says why a photo shows little of what its pose sees. `compared`: it shows enough to be compared.
 static enum vw_status find_place(struct finding *finding, uint32_t view, bool *compared) {
     const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
@@ -80,20 +90,18 @@ static enum vw_status find_place(struct finding *finding, uint32_t view, bool *c
         defect.kind = VW_DEFECT_SWAPPED, defect.amount = evidence->shows_in_place, defect.other = evidence->shows;
     else if (isfinite(evidence->turned_deg))
         defect.kind = VW_DEFECT_POSE, defect.amount = evidence->turned_deg, defect.detail = evidence->moved_px;
-    else if (evidence->in_place > least / 2 || evidence->expected_count < POINTS_LEAST) return VW_OK;
+    else if (isfinite(evidence->zoom)) defect.kind = VW_DEFECT_ZOOM, defect.amount = evidence->zoom;
+    else if (evidence->in_place > UNEXPLAINED * least || evidence->expected_count < POINTS_LEAST ||
+             is_blurred(finding, evidence)) // strong blur leaves nothing to compare
+        return VW_OK;
     else if (evidence->hidden > HIDDEN_WIDELY) defect.kind = VW_DEFECT_OCCLUDER, defect.amount = evidence->hidden;
-    *compared = defect.kind == VW_DEFECT_SWAPPED || defect.kind == VW_DEFECT_POSE;
+    *compared = defect.kind == VW_DEFECT_SWAPPED || defect.kind == VW_DEFECT_POSE || defect.kind == VW_DEFECT_ZOOM;
     return add(finding, defect);
 }
 
 static bool is_noisy(const struct finding *finding, const struct vw_photo_evidence *evidence) {
     double least = evidence->hidden > HIDDEN_QUARTER ? NOISIER : NOISY, spread = finding->noise.spread;
     return log(evidence->noise) > fmax(log(least), finding->noise.median + SPREADS * spread);
-}
-
-static bool is_blurred(const struct finding *finding, const struct vw_photo_evidence *evidence) {
-    double least = finding->sharpness.median - SPREADS * finding->sharpness.spread;
-    return log(evidence->sharpness_high) < fmin(log(SHARP), least);
 }
 
 static bool is_exposed(const struct finding *finding, const struct vw_photo_evidence *evidence) {
@@ -125,20 +133,23 @@ static enum vw_status find_by_pixels(struct finding *finding, uint32_t view) {
 
 static enum vw_status find_tracks(struct finding *finding, uint32_t view) {
     const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
+    struct vw_defect defect = {.view = view, .kind = VW_DEFECT_FEW_TRACKS, .other = VW_DEFECT_NO_OTHER};
     bool behind = evidence->behind > BEHIND;
     bool away = evidence->track_px > fmax(TRACK_PX, TIMES_MEDIAN * finding->track_px.median);
-    if (evidence->tracks < TRACKS_LEAST || !(behind || away)) return VW_OK;
-    return add(finding, (struct vw_defect){.view = view,
-                                           .kind = VW_DEFECT_TRACKS,
-                                           .amount = evidence->track_px,
-                                           .detail = behind ? evidence->behind : 0,
-                                           .other = VW_DEFECT_NO_OTHER});
+    if (evidence->tracks < FEW_TRACKS * finding->tracks.median)
+        defect.amount = evidence->tracks, defect.detail = finding->tracks.median;
+    else if (evidence->tracks >= TRACKS_LEAST && (behind || away))
+        defect.kind = VW_DEFECT_TRACKS, defect.amount = evidence->track_px,
+        defect.detail = behind ? evidence->behind : 0;
+    else return VW_OK;
+    return add(finding, defect);
 }
 
 static enum vw_status find_of_photo(struct finding *finding, uint32_t view) {
     const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
     struct vw_defect defect = {
         .view = view, .kind = VW_DEFECT_EMPTY, .amount = evidence->contrast, .other = VW_DEFECT_NO_OTHER};
+    if (isnan(evidence->contrast)) return VW_OK; // excluded, or all of it masked
     if (evidence->contrast < EMPTY_CONTRAST) return add(finding, defect);
     bool compared;
     enum vw_status status = find_place(finding, view, &compared);
@@ -167,6 +178,7 @@ enum vw_status vw_check_find_defects(struct vw_check *check) {
                               .sharpness = find_usual(check, log_sharpness, values),
                               .stops = find_usual(check, stops_of, values),
                               .noise = find_usual(check, log_noise, values),
+                              .tracks = find_usual(check, tracks_of, values),
                               .track_px = find_usual(check, track_px_of, values)};
     free(values);
     enum vw_status status = VW_OK;

@@ -19,10 +19,11 @@ struct vw_photo_evidence {
     double motion_deg;                // that direction: 0 along x, 90 along y
     double noise;                     // amplitude of what has no direction: lower quarter
     // Shares that are in place by another explanation, where few are
-    double turned_over_in_place, found_in_place, shows_in_place;
+    double turned_over_in_place, found_in_place, zoomed_in_place, shows_in_place;
     double turned_over_deg;      // 90, 180 or 270: once its pixels are turned back by so much; 0: not so
     double turned_deg, moved_px; // at another pose than the scene's, so far away; NaN: not so
     double pose_found[3][4];     // camera_to_world of that; meaningless if turned_deg is NaN
+    double zoom;                 // with so many times the focal length of its camera; NaN: not so
     uint32_t orientation;        // by EXIF, 1 to 8; 0: not given
     uint32_t shows;              // at the pose of another photo (scene index); UINT32_MAX: not so
     uint32_t tracks;             // points of the scene that it tracks

@@ -14,6 +14,7 @@ static const double INLIER_PX = 2.5;         // small pixels
 static const double FITTING_LEAST = 0.3;     // share of the points, for a pose to be refined
 static const double SHIFT_SPREAD = 0.1;      // a camera's shift, in median depths: without relief, a turn explains more
 static const double BETTER = 2, GOOD = 0.25; // shares in place: times that by the scene's pose, and at least
+static const double ZOOM_MOST = 1.6, ZOOM_STEP = 1.01; // a step moves the corner of a small photo by 2 px
 
 // A place of a point in the photo.
 struct match {
@@ -25,7 +26,7 @@ struct match {
 
 struct matches {
     struct match *list;
-    uint32_t count;
+    uint32_t count, expected_count;
 };
 
 // ---- Linear equations ----------------------------------------------------------------------------------------------
@@ -165,6 +166,7 @@ static void refine(const struct vw_check_photo *photo, double depth_unit, struct
 
 static enum vw_status match_all(const struct vw_check_photos *photos, const struct vw_check_photo *photo,
                                 const struct vw_expected *expected, struct matches *matches) {
+    matches->expected_count = expected->count;
     matches->list = vw_allocate(expected->count, sizeof *matches->list);
     if (!matches->list) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < expected->count; i++) {
@@ -198,27 +200,67 @@ static double median_away_px(const struct matches *matches, double *values) {
     return vw_median(values, count);
 }
 
+// Returns the share in place of what a changed view sees.
+static double mark_changed(const struct vw_check_photos *photos, uint32_t index, const struct vw_view *changed,
+                           struct vw_expected *expected) {
+    struct vw_check_photo photo = photos->list[index];
+    photo.view = changed;
+    vw_expected_list(photos, &photo, index, expected);
+    return vw_expected_mark(&photo.small, expected);
+}
+
 // Finds the pose that the photo shows, near the scene's.
-static enum vw_status find_pose(const struct vw_check_photos *photos, const struct vw_check_photo *photo,
-                                uint32_t index, struct vw_expected *expected, struct vw_photo_evidence *evidence) {
-    struct matches matches = {0};
-    double *values = vw_allocate(expected->count, sizeof *values);
-    enum vw_status status = values ? match_all(photos, photo, expected, &matches) : VW_ERROR_MEMORY;
-    if (!status && matches.count >= VW_EXPECTED_FEW / 2 &&
-        find_turn(photo, &matches) >= FITTING_LEAST * expected->count) {
-        struct vw_view view = *photo->view;
-        struct vw_check_photo moved = *photo;
-        moved.view = &view;
-        evidence->moved_px = median_away_px(&matches, values) / photo->small_per_px;
-        refine(photo, median_depth(&matches, values), &matches, view.camera_to_world);
-        vw_expected_list(photos, &moved, index, expected);
-        evidence->found_in_place = vw_expected_mark(&photo->small, expected);
-        evidence->turned_deg = angle_between(photo->view->camera_to_world, (const double(*)[4])view.camera_to_world);
-        memcpy(evidence->pose_found, view.camera_to_world, sizeof view.camera_to_world);
-    }
+static enum vw_status find_pose(const struct vw_check_photos *photos, uint32_t index, struct matches *matches,
+                                struct vw_expected *expected, struct vw_photo_evidence *evidence) {
+    const struct vw_check_photo *photo = &photos->list[index];
+    if (find_turn(photo, matches) < FITTING_LEAST * matches->expected_count) return VW_OK;
+    struct vw_view view = *photo->view;
+    double *values = vw_allocate(matches->count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    evidence->moved_px = median_away_px(matches, values) / photo->small_per_px;
+    refine(photo, median_depth(matches, values), matches, view.camera_to_world);
     free(values);
-    free(matches.list);
-    return status;
+    evidence->found_in_place = mark_changed(photos, index, &view, expected);
+    evidence->turned_deg = angle_between(photo->view->camera_to_world, (const double(*)[4])view.camera_to_world);
+    memcpy(evidence->pose_found, view.camera_to_world, sizeof view.camera_to_world);
+    return VW_OK;
+}
+
+// Sums over matches that a zoom explains what the best one is made of: of these their number.
+static uint32_t sum_zoomed(const struct vw_check_photo *photo, const struct matches *matches, double zoom,
+                           double *along, double *squares) {
+    const struct vw_camera *camera = &photo->view->camera;
+    uint32_t fitting = 0;
+    *along = *squares = 0;
+    for (uint32_t i = 0; i < matches->count; i++) {
+        const struct match *match = &matches->list[i];
+        double x = match->at_px[0] - camera->centre_x_px * photo->small_per_px;
+        double y = match->at_px[1] - camera->centre_y_px * photo->small_per_px;
+        if (hypot(match->away_px[0] - (zoom - 1) * x, match->away_px[1] - (zoom - 1) * y) > INLIER_PX) continue;
+        *along += match->away_px[0] * x + match->away_px[1] * y;
+        *squares += x * x + y * y;
+        fitting++;
+    }
+    return fitting;
+}
+
+// Finds the focal length that the photo shows, by that of its camera: of those tried the one that explains most
+// matches.
+static void find_zoom(const struct vw_check_photos *photos, uint32_t index, const struct matches *matches,
+                      struct vw_expected *expected, struct vw_photo_evidence *evidence) {
+    const struct vw_check_photo *photo = &photos->list[index];
+    double along, squares, best = 1;
+    uint32_t most = 0;
+    for (double zoom = 1 / ZOOM_MOST; zoom <= ZOOM_MOST; zoom *= ZOOM_STEP) {
+        uint32_t fitting = sum_zoomed(photo, matches, zoom, &along, &squares);
+        if (fitting > most) most = fitting, best = zoom;
+    }
+    if (most < FITTING_LEAST * matches->expected_count) return;
+    (void)sum_zoomed(photo, matches, best, &along, &squares);
+    struct vw_view view = *photo->view;
+    evidence->zoom = 1 + along / squares;
+    view.camera.focal_x_px *= evidence->zoom, view.camera.focal_y_px *= evidence->zoom;
+    evidence->zoomed_in_place = mark_changed(photos, index, &view, expected);
 }
 
 // Returns the share of the points in place that another photo's pose sees; NaN if its photos have another size.
@@ -267,28 +309,41 @@ static enum vw_status turn_over(const struct vw_plane *plane, struct vw_expected
     return VW_OK;
 }
 
+// Fills the evidence on a pose and a focal length, from places that the photo shows elsewhere.
+static enum vw_status find_changes(const struct vw_check_photos *photos, uint32_t view, struct vw_expected *expected,
+                                   struct vw_photo_evidence *evidence) {
+    struct matches matches = {0};
+    enum vw_status status = match_all(photos, &photos->list[view], expected, &matches);
+    if (!status && matches.count >= VW_EXPECTED_FEW / 2) {
+        status = find_pose(photos, view, &matches, expected, evidence);
+        if (!status) find_zoom(photos, view, &matches, expected, evidence);
+    }
+    free(matches.list);
+    return status;
+}
+
 enum vw_status vw_check_explain(const struct vw_check_photos *photos, uint32_t view, struct vw_expected *expected,
                                 struct vw_photo_evidence *evidence) {
-    struct vw_check_photo seen = photos->list[view];
-    struct vw_view posed = *seen.view;
-    enum vw_status status = turn_over(&seen.small, expected, evidence);
-    if (!status) status = find_pose(photos, &seen, view, expected, evidence);
+    struct vw_view seen = *photos->list[view].view;
+    enum vw_status status = turn_over(&photos->list[view].small, expected, evidence);
+    if (!status) status = find_changes(photos, view, expected, evidence);
     if (status) return status;
     double least = fmax(BETTER * evidence->in_place, GOOD);
-    bool turned_over = evidence->turned_over_in_place >= least,
-         found = !turned_over && evidence->found_in_place >= least;
+    bool turned_over = evidence->turned_over_in_place >= least;
     if (!turned_over) find_photo(photos, view, expected, evidence);
-    bool shows = evidence->shows_in_place >= least && !(found && evidence->found_in_place > evidence->shows_in_place);
-    found &= !shows;
+    double best = turned_over ? INFINITY
+                              : fmax(fmax(evidence->found_in_place, evidence->zoomed_in_place),
+                                     fmax(evidence->shows_in_place, least)); // fmax leaves out NaN
+    bool shows = evidence->shows_in_place >= best, found = !shows && evidence->found_in_place >= best,
+         zoomed = !shows && !found && evidence->zoomed_in_place >= best;
     if (!turned_over) evidence->turned_over_deg = 0;
     if (!shows) evidence->shows = UINT32_MAX;
     if (!found) evidence->turned_deg = evidence->moved_px = NAN;
+    if (!zoomed) evidence->zoom = NAN;
     if (shows)
-        memcpy(posed.camera_to_world, photos->list[evidence->shows].view->camera_to_world,
-               sizeof posed.camera_to_world);
-    if (found) memcpy(posed.camera_to_world, evidence->pose_found, sizeof posed.camera_to_world);
-    seen.view = &posed;
-    vw_expected_list(photos, &seen, view, expected);
-    (void)vw_expected_mark(&seen.small, expected);
+        memcpy(seen.camera_to_world, photos->list[evidence->shows].view->camera_to_world, sizeof seen.camera_to_world);
+    if (found) memcpy(seen.camera_to_world, evidence->pose_found, sizeof seen.camera_to_world);
+    if (zoomed) seen.camera.focal_x_px *= evidence->zoom, seen.camera.focal_y_px *= evidence->zoom;
+    (void)mark_changed(photos, view, &seen, expected);
     return VW_OK;
 }

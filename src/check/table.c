@@ -94,6 +94,8 @@ static const struct vw_column columns[] = {
     OF_EVIDENCE("turned_deg", REAL_OR_NULL, turned_deg),
     OF_EVIDENCE("moved_px", REAL_OR_NULL, moved_px),
     OF_EVIDENCE("found_in_place", REAL_OR_NULL, found_in_place),
+    OF_EVIDENCE("zoom", REAL_OR_NULL, zoom),
+    OF_EVIDENCE("zoomed_in_place", REAL_OR_NULL, zoomed_in_place),
     OF_ROW("shows", TEXT_OR_NULL, shows),
     OF_EVIDENCE("shows_in_place", REAL_OR_NULL, shows_in_place),
     OF_EVIDENCE("turned_over_in_place", REAL_OR_NULL, turned_over_in_place),

@@ -216,6 +216,16 @@ TEST(a_turned_pose_is_found_by_any_number_of_threads) {
     assert_memory_equal(check.evidence, again.evidence, VIEWS * sizeof *check.evidence); // padding is 0
 }
 
+// A pixel in 80, at the edge, is 0.0125.
+TEST(a_zoom_is_found) {
+    AUTO(vw_check_free) struct vw_check check;
+    struct vw_scene *scene = make_scene();
+    scene->views[DAMAGED].camera.focal_x_px /= 1.15;
+    scene->views[DAMAGED].camera.focal_y_px /= 1.15;
+    ASSERT_OK(vw_check_scene(scene, &check));
+    assert_near(expect(&check, DAMAGED, VW_DEFECT_ZOOM, 1)->amount, 1.15, 0.0125);
+}
+
 TEST(exchanged_photos_are_found) {
     AUTO(vw_check_free) struct vw_check check;
     struct vw_scene *scene = make_scene();
