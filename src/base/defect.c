@@ -30,7 +30,7 @@ char *vw_defect_describe(const struct vw_defect *defect, const char *other, char
     switch (defect->kind) {
     case VW_DEFECT_EMPTY: snprintf(text, bytes, "shows nothing"); break;
     case VW_DEFECT_ORIENTATION:
-        snprintf(text, bytes, "its pixels are turned by %.0f degrees%s", amount,
+        snprintf(text, bytes, "its pixels must be turned by %.0f degrees clockwise%s", amount,
                  defect->detail > 0 ? ", as its EXIF data says" : "");
         break;
     case VW_DEFECT_SWAPPED: snprintf(text, bytes, "shows what %.200s should show", other); break;

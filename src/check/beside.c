@@ -144,7 +144,7 @@ struct seen {
 struct all_seen {
     struct seen *list;
     uint32_t *begins; // by photo, and one beyond
-    uint32_t most;    // of a photo
+    uint32_t most;    // that a photo has
 };
 
 static void free_seen(struct all_seen *all) {
@@ -152,7 +152,7 @@ static void free_seen(struct all_seen *all) {
     free(all->begins);
 }
 
-// Lists each comparison with its photo, and if that shows the point with the other one.
+// Lists each comparison with its photo, and with the other one unless something strange may be compared.
 static enum vw_status list_seen(struct vw_beside *const *made, const uint32_t *counts, uint32_t view_count,
                                 struct all_seen *all) {
     all->begins = vw_allocate((size_t)view_count + 2, sizeof *all->begins); // shifted by one while filling

@@ -28,8 +28,8 @@ struct vw_beside_level {
     double median, low, high;
 };
 // Solves for the levels of all photos, zeroed before: medians of the differences from others, given their medians (as
-// in a median polish: Tukey, "Exploratory data analysis", 1977). A difference counts for both photos, so that levels of
-// photos that are compared only with each other do not run away together. VW_ERROR_MEMORY.
+// in a median polish: Tukey, "Exploratory data analysis", 1977). A difference counts for both photos if both show
+// the point, so that levels of photos that are compared only with each other do not run away together. VW_ERROR_MEMORY.
 enum vw_status vw_beside_solve(struct vw_beside *const *made, const uint32_t *counts, uint32_t view_count,
                                struct vw_beside_level (*levels)[VW_BESIDE_COUNT]);
 

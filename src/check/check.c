@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "base/parallel.h"
@@ -14,7 +15,7 @@
 #include "scene/duplicates.h"
 
 static const double KEPT_BETTER = 0.2; // share in place by which a later copy is kept instead of the first
-static const double DOUBTFUL = 0.4;    // share in place, below which a reason is looked for
+static const double DOUBTFUL = 0.5;    // share in place, below which a reason is looked for
 
 struct checking {
     struct vw_check_photos photos;
@@ -156,36 +157,17 @@ static enum vw_status find_copies(const struct vw_scene *scene, struct vw_photo_
 // ---- All of it -----------------------------------------------------------------------------------------------------
 
 static enum vw_status begin(const struct vw_scene *scene, struct checking *checking, struct vw_check *check) {
-    static const struct vw_photo_evidence unknown = {.contrast = NAN,
-                                                     .in_place = NAN,
-                                                     .hidden = NAN,
-                                                     .stops = NAN,
-                                                     .stops_spread = NAN,
-                                                     .sharpness = NAN,
-                                                     .sharpness_high = NAN,
-                                                     .evenness = NAN,
-                                                     .motion_deg = NAN,
-                                                     .noise = NAN,
-                                                     .turned_over_in_place = NAN,
-                                                     .found_in_place = NAN,
-                                                     .zoomed_in_place = NAN,
-                                                     .shows_in_place = NAN,
-                                                     .turned_deg = NAN,
-                                                     .moved_px = NAN,
-                                                     .zoom = NAN,
-                                                     .shows = UINT32_MAX,
-                                                     .track_px = NAN,
-                                                     .behind = NAN,
-                                                     .copy_of = UINT32_MAX,
-                                                     .similarity = NAN};
     check->view_count = scene->view_count;
     check->evidence = vw_allocate(scene->view_count, sizeof *check->evidence);
     checking->beside = vw_allocate(scene->view_count, sizeof *checking->beside);
     checking->beside_counts = vw_allocate(scene->view_count, sizeof *checking->beside_counts);
     if (!check->evidence || !checking->beside || !checking->beside_counts) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < scene->view_count; v++) {
-        check->evidence[v] = unknown;
-        check->evidence[v].orientation = vw_view_orientation(scene, v);
+        struct vw_photo_evidence *evidence = &check->evidence[v];
+        memset(evidence, 0xFF, sizeof *evidence); // NaN, and no other photo
+        evidence->expected_count = evidence->tracks = 0;
+        evidence->turned_over_deg = 0;
+        evidence->orientation = vw_view_orientation(scene, v);
     }
     checking->evidence = check->evidence;
     enum vw_status status = vw_check_photos_open(scene, &checking->photos);

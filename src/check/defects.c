@@ -10,9 +10,10 @@
 // (seed 7001), between untouched and damaged photos. How often they are right elsewhere: lab/results/defects.md.
 static const double EMPTY_CONTRAST = 0.02; // untouched photos had 0.06 and more
 static const double IN_PLACE_LEAST = 0.33; // untouched photos had 0.36 and more, those with wrong poses 0.2 and less
-static const double UNEXPLAINED = 0.3;     // share of that, below which a photo is told although nothing explains it
-static const double HIDDEN = 0.04;         // untouched photos had less, but for 1 of 1,400
-static const double HIDDEN_WIDELY = 0.15;  // so much makes a photo show little of what its pose sees
+static const double UNEXPLAINED =
+    0.3; // share of that or of what is usual, below which a photo is told although nothing explains it
+static const double HIDDEN = 0.04;        // untouched photos had less, but for 1 of 1,400
+static const double HIDDEN_WIDELY = 0.15; // so much makes a photo show little of what its pose sees
 static const double SHARP = 0.8;  // upper quarter: untouched photos had 0.92 and more, blur of 1 px 0.67 and less
 static const double EVEN = 0.76;  // blurred photos: motion of 4 px and more had 0.74 and less
 static const double STOPS = 0.42; // 98 of 100 untouched photos had less
@@ -35,15 +36,22 @@ struct usual {
 struct finding {
     struct vw_check *check;
     size_t capacity;
+    uint32_t view;                                                    // the photo at hand
+    enum vw_status status;                                            // the first failure; nothing is added after it
     struct usual in_place, sharpness, stops, noise, tracks, track_px; // sharpness and noise: of logarithms
 };
 
-static enum vw_status add(struct finding *finding, struct vw_defect defect) {
+static void add_of(struct finding *finding, enum vw_defect_kind kind, double amount, double detail, uint32_t other) {
     struct vw_check *check = finding->check;
-    enum vw_status status =
-        vw_grow((void **)&check->defects, &finding->capacity, (size_t)check->defect_count + 1, sizeof *check->defects);
-    if (!status) check->defects[check->defect_count++] = defect;
-    return status;
+    if (!finding->status)
+        finding->status = vw_grow((void **)&check->defects, &finding->capacity, (size_t)check->defect_count + 1,
+                                  sizeof *check->defects);
+    if (!finding->status)
+        check->defects[check->defect_count++] = (struct vw_defect){finding->view, kind, amount, detail, other};
+}
+
+static void add(struct finding *finding, enum vw_defect_kind kind, double amount, double detail) {
+    add_of(finding, kind, amount, detail, VW_DEFECT_NO_OTHER);
 }
 
 static double log_sharpness(const struct vw_photo_evidence *evidence) { return log(evidence->sharpness_high); }
@@ -75,28 +83,22 @@ static bool is_blurred(const struct finding *finding, const struct vw_photo_evid
     return log(evidence->sharpness_high) < fmin(log(SHARP), least);
 }
 
-// Says why a photo shows little of what its pose sees. `compared`: it shows enough to be compared.
-static enum vw_status find_place(struct finding *finding, uint32_t view, bool *compared) {
-    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
+// Says why a photo shows little of what its pose sees. Returns whether it shows enough to be compared.
+static bool find_place(struct finding *finding, const struct vw_photo_evidence *evidence) {
     double least = fmin(IN_PLACE_LEAST, MEDIAN_SHARE * finding->in_place.median);
-    struct vw_defect defect = {
-        .view = view, .kind = VW_DEFECT_MISMATCH, .amount = evidence->in_place, .other = VW_DEFECT_NO_OTHER};
-    *compared = true;
-    if (!(evidence->in_place < least)) return VW_OK;
     if (evidence->turned_over_deg > 0)
-        defect.kind = VW_DEFECT_ORIENTATION, defect.amount = evidence->turned_over_deg,
-        defect.detail = exif_tells(evidence);
-    else if (evidence->shows != UINT32_MAX)
-        defect.kind = VW_DEFECT_SWAPPED, defect.amount = evidence->shows_in_place, defect.other = evidence->shows;
-    else if (isfinite(evidence->turned_deg))
-        defect.kind = VW_DEFECT_POSE, defect.amount = evidence->turned_deg, defect.detail = evidence->moved_px;
-    else if (isfinite(evidence->zoom)) defect.kind = VW_DEFECT_ZOOM, defect.amount = evidence->zoom;
-    else if (evidence->in_place > UNEXPLAINED * least || evidence->expected_count < POINTS_LEAST ||
-             is_blurred(finding, evidence)) // strong blur leaves nothing to compare
-        return VW_OK;
-    else if (evidence->hidden > HIDDEN_WIDELY) defect.kind = VW_DEFECT_OCCLUDER, defect.amount = evidence->hidden;
-    *compared = defect.kind == VW_DEFECT_SWAPPED || defect.kind == VW_DEFECT_POSE || defect.kind == VW_DEFECT_ZOOM;
-    return add(finding, defect);
+        return add(finding, VW_DEFECT_ORIENTATION, evidence->turned_over_deg, exif_tells(evidence)), false;
+    if (evidence->shows != UINT32_MAX)
+        return add_of(finding, VW_DEFECT_SWAPPED, evidence->shows_in_place, 0, evidence->shows), true;
+    if (isfinite(evidence->turned_deg))
+        return add(finding, VW_DEFECT_POSE, evidence->turned_deg, evidence->moved_px), true;
+    if (isfinite(evidence->zoom)) return add(finding, VW_DEFECT_ZOOM, evidence->zoom, 0), true;
+    if (!(evidence->in_place <= UNEXPLAINED * least) || evidence->expected_count < POINTS_LEAST ||
+        is_blurred(finding, evidence)) // strong blur leaves nothing to compare
+        return true;
+    if (evidence->hidden > HIDDEN_WIDELY) add(finding, VW_DEFECT_OCCLUDER, evidence->hidden, 0);
+    else add(finding, VW_DEFECT_MISMATCH, evidence->in_place, 0);
+    return false;
 }
 
 static bool is_noisy(const struct finding *finding, const struct vw_photo_evidence *evidence) {
@@ -109,56 +111,37 @@ static bool is_exposed(const struct finding *finding, const struct vw_photo_evid
     return fabs(evidence->stops - finding->stops.median) > fmax(STOPS, least);
 }
 
-static enum vw_status find_by_pixels(struct finding *finding, uint32_t view) {
-    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
+static void find_by_pixels(struct finding *finding, const struct vw_photo_evidence *evidence) {
     bool even = evidence->evenness > EVEN, noisy = is_noisy(finding, evidence); // noise hides points as well
-    const struct vw_defect defects[] = {
-        {.kind = VW_DEFECT_OCCLUDER, .amount = evidence->hidden},
-        {.kind = even ? VW_DEFECT_BLUR : VW_DEFECT_MOTION_BLUR,
-         .amount = evidence->sharpness,
-         .detail = even ? 0 : evidence->motion_deg},
-        {.kind = VW_DEFECT_EXPOSURE, .amount = evidence->stops - finding->stops.median},
-        {.kind = VW_DEFECT_NOISE, .amount = evidence->noise},
-    };
-    const bool found[] = {!noisy && evidence->hidden > HIDDEN, is_blurred(finding, evidence),
-                          is_exposed(finding, evidence), noisy};
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(defects) && !status; i++) {
-        struct vw_defect defect = defects[i];
-        defect.view = view, defect.other = VW_DEFECT_NO_OTHER;
-        if (found[i]) status = add(finding, defect);
-    }
-    return status;
+    if (!noisy && evidence->hidden > HIDDEN) add(finding, VW_DEFECT_OCCLUDER, evidence->hidden, 0);
+    if (is_blurred(finding, evidence))
+        add(finding, even ? VW_DEFECT_BLUR : VW_DEFECT_MOTION_BLUR, evidence->sharpness,
+            even ? 0 : evidence->motion_deg);
+    if (is_exposed(finding, evidence)) add(finding, VW_DEFECT_EXPOSURE, evidence->stops - finding->stops.median, 0);
+    if (noisy) add(finding, VW_DEFECT_NOISE, evidence->noise, 0);
 }
 
-static enum vw_status find_tracks(struct finding *finding, uint32_t view) {
-    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
-    struct vw_defect defect = {.view = view, .kind = VW_DEFECT_FEW_TRACKS, .other = VW_DEFECT_NO_OTHER};
+static void find_by_tracks(struct finding *finding, const struct vw_photo_evidence *evidence, bool in_place) {
     bool behind = evidence->behind > BEHIND;
     bool away = evidence->track_px > fmax(TRACK_PX, TIMES_MEDIAN * finding->track_px.median);
-    if (evidence->tracks < FEW_TRACKS * finding->tracks.median)
-        defect.amount = evidence->tracks, defect.detail = finding->tracks.median;
-    else if (evidence->tracks >= TRACKS_LEAST && (behind || away))
-        defect.kind = VW_DEFECT_TRACKS, defect.amount = evidence->track_px,
-        defect.detail = behind ? evidence->behind : 0;
-    else return VW_OK;
-    return add(finding, defect);
+    if (evidence->tracks >= TRACKS_LEAST && (behind || away))
+        add(finding, VW_DEFECT_TRACKS, evidence->track_px, behind ? evidence->behind : 0);
+    if (in_place && evidence->tracks < FEW_TRACKS * finding->tracks.median) // elsewhere it tracks nothing
+        add(finding, VW_DEFECT_FEW_TRACKS, evidence->tracks, finding->tracks.median);
 }
 
-static enum vw_status find_of_photo(struct finding *finding, uint32_t view) {
-    const struct vw_photo_evidence *evidence = &finding->check->evidence[view];
-    struct vw_defect defect = {
-        .view = view, .kind = VW_DEFECT_EMPTY, .amount = evidence->contrast, .other = VW_DEFECT_NO_OTHER};
-    if (isnan(evidence->contrast)) return VW_OK; // excluded, or all of it masked
-    if (evidence->contrast < EMPTY_CONTRAST) return add(finding, defect);
-    bool compared;
-    enum vw_status status = find_place(finding, view, &compared);
-    if (!status && evidence->copy_of != UINT32_MAX) {
-        defect.kind = VW_DEFECT_COPY, defect.amount = evidence->similarity, defect.other = evidence->copy_of;
-        status = add(finding, defect);
+static void find_of_photo(struct finding *finding) {
+    const struct vw_photo_evidence *evidence = &finding->check->evidence[finding->view];
+    uint32_t before = finding->check->defect_count;
+    if (isnan(evidence->contrast)) return; // excluded, or all of it masked
+    if (evidence->contrast < EMPTY_CONTRAST) {
+        add(finding, VW_DEFECT_EMPTY, evidence->contrast, 0);
+        return;
     }
-    if (!status && compared) status = find_by_pixels(finding, view);
-    return status ? status : find_tracks(finding, view);
+    bool compared = find_place(finding, evidence), in_place = finding->check->defect_count == before;
+    if (evidence->copy_of != UINT32_MAX) add_of(finding, VW_DEFECT_COPY, evidence->similarity, 0, evidence->copy_of);
+    if (compared) find_by_pixels(finding, evidence);
+    find_by_tracks(finding, evidence, in_place);
 }
 
 // Sorts the defects of a photo by kind, the gravest first.
@@ -181,11 +164,10 @@ enum vw_status vw_check_find_defects(struct vw_check *check) {
                               .tracks = find_usual(check, tracks_of, values),
                               .track_px = find_usual(check, track_px_of, values)};
     free(values);
-    enum vw_status status = VW_OK;
-    for (uint32_t v = 0; v < check->view_count && !status; v++) {
+    for (; finding.view < check->view_count && !finding.status; finding.view++) {
         uint32_t first = check->defect_count;
-        status = find_of_photo(&finding, v);
+        find_of_photo(&finding);
         sort_from(check, first);
     }
-    return status;
+    return finding.status;
 }

@@ -35,7 +35,7 @@ struct vw_photo_evidence {
 
 // All of a scene. Owned: free both with vw_check_free().
 struct vw_check {
-    struct vw_photo_evidence *evidence; // by scene index; of an excluded photo all is unknown
+    struct vw_photo_evidence *evidence; // by scene index; of an excluded photo all but its orientation is unknown
     struct vw_defect *defects;          // by scene index, the gravest of a photo first
     uint32_t view_count, defect_count;
     uint32_t point_count, made_count; // points of the scene and others

@@ -14,6 +14,8 @@ static const double INLIER_PX = 2.5;         // small pixels
 static const double FITTING_LEAST = 0.3;     // share of the points, for a pose to be refined
 static const double SHIFT_SPREAD = 0.1;      // a camera's shift, in median depths: without relief, a turn explains more
 static const double BETTER = 2, GOOD = 0.25; // shares in place: times that by the scene's pose, and at least
+static const double BETTER_OF_HALF = 1.5, HALF = 0.5;  // the same at another photo's pose, to which nothing is fitted
+static const double FREER = 1.1;                       // times that of a zoom, which a pose, of six unknowns, must have
 static const double ZOOM_MOST = 1.6, ZOOM_STEP = 1.01; // a step moves the corner of a small photo by 2 px
 
 // A place of a point in the photo.
@@ -322,28 +324,35 @@ static enum vw_status find_changes(const struct vw_check_photos *photos, uint32_
     return status;
 }
 
+static double least_of(const struct vw_photo_evidence *evidence) { return fmax(BETTER * evidence->in_place, GOOD); }
+
+// Keeps the explanation by which the photo shows most in place, and makes the view that it says.
+static void choose(const struct vw_check_photos *photos, struct vw_photo_evidence *evidence, struct vw_view *seen) {
+    double least = least_of(evidence), least_of_photo = fmin(least, fmax(BETTER_OF_HALF * evidence->in_place, HALF));
+    bool turned_over = evidence->turned_over_in_place >= least;
+    bool zoomed = !turned_over && evidence->zoomed_in_place >= fmax(least, evidence->found_in_place / FREER);
+    bool found = !turned_over && !zoomed && evidence->found_in_place >= least;
+    double changed = zoomed ? evidence->zoomed_in_place : found ? evidence->found_in_place : 0;
+    bool shows = !turned_over && evidence->shows_in_place >= fmax(least_of_photo, changed);
+    if (!turned_over) evidence->turned_over_deg = 0;
+    if (!shows) evidence->shows = UINT32_MAX;
+    if (!found || shows) evidence->turned_deg = evidence->moved_px = NAN;
+    if (!zoomed || shows) evidence->zoom = NAN;
+    if (shows)
+        memcpy(seen->camera_to_world, photos->list[evidence->shows].view->camera_to_world,
+               sizeof seen->camera_to_world);
+    else if (found) memcpy(seen->camera_to_world, evidence->pose_found, sizeof seen->camera_to_world);
+    else if (zoomed) seen->camera.focal_x_px *= evidence->zoom, seen->camera.focal_y_px *= evidence->zoom;
+}
+
 enum vw_status vw_check_explain(const struct vw_check_photos *photos, uint32_t view, struct vw_expected *expected,
                                 struct vw_photo_evidence *evidence) {
     struct vw_view seen = *photos->list[view].view;
     enum vw_status status = turn_over(&photos->list[view].small, expected, evidence);
     if (!status) status = find_changes(photos, view, expected, evidence);
     if (status) return status;
-    double least = fmax(BETTER * evidence->in_place, GOOD);
-    bool turned_over = evidence->turned_over_in_place >= least;
-    if (!turned_over) find_photo(photos, view, expected, evidence);
-    double best = turned_over ? INFINITY
-                              : fmax(fmax(evidence->found_in_place, evidence->zoomed_in_place),
-                                     fmax(evidence->shows_in_place, least)); // fmax leaves out NaN
-    bool shows = evidence->shows_in_place >= best, found = !shows && evidence->found_in_place >= best,
-         zoomed = !shows && !found && evidence->zoomed_in_place >= best;
-    if (!turned_over) evidence->turned_over_deg = 0;
-    if (!shows) evidence->shows = UINT32_MAX;
-    if (!found) evidence->turned_deg = evidence->moved_px = NAN;
-    if (!zoomed) evidence->zoom = NAN;
-    if (shows)
-        memcpy(seen.camera_to_world, photos->list[evidence->shows].view->camera_to_world, sizeof seen.camera_to_world);
-    if (found) memcpy(seen.camera_to_world, evidence->pose_found, sizeof seen.camera_to_world);
-    if (zoomed) seen.camera.focal_x_px *= evidence->zoom, seen.camera.focal_y_px *= evidence->zoom;
+    if (!(evidence->turned_over_in_place >= least_of(evidence))) find_photo(photos, view, expected, evidence);
+    choose(photos, evidence, &seen);
     (void)mark_changed(photos, view, &seen, expected);
     return VW_OK;
 }

@@ -70,6 +70,22 @@ enum vw_status vw_photo_findings_make(const struct vw_scene *scene, struct vw_ph
     return VW_OK;
 }
 
+void vw_photo_findings_tell(const struct vw_scene *scene, const struct vw_photo_finding *findings,
+                            void (*tell)(const char *line)) {
+    enum { SHOWN = 8 };
+    uint32_t count = 0;
+    char line[2 * VW_DEFECT_TEXT_BYTES];
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (!findings[v].word || count++ >= SHOWN) continue;
+        snprintf(line, sizeof line, "look at  %.200s: %s, %s", scene->views[v].name, findings[v].word,
+                 findings[v].description);
+        tell(line);
+    }
+    if (count <= SHOWN) return;
+    snprintf(line, sizeof line, "         and %u more: viewworth check has all photos", count - SHOWN);
+    tell(line);
+}
+
 #define OF_ROW(name, kind, member)                                                                                     \
     { VW_CELL(name, struct vw_check_row, kind, member) }
 #define OF_EVIDENCE(name, kind, member)                                                                                \

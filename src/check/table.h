@@ -24,6 +24,9 @@ enum vw_status vw_check_make_rows(const struct vw_scene *scene, const struct vw_
                                   struct vw_check_row **rows, uint32_t *count);
 // Checks a scene, and finds a finding for each of its views, in their order; owned by the caller (free).
 enum vw_status vw_photo_findings_make(const struct vw_scene *scene, struct vw_photo_finding **findings);
+// Tells the photos with defects, a line each (no newline), a few at most, and then how many more there are.
+void vw_photo_findings_tell(const struct vw_scene *scene, const struct vw_photo_finding *findings,
+                            void (*tell)(const char *line));
 // Returns the columns: name,split,defects,description,remedy, then the evidence.
 struct vw_rows vw_check_rows(const struct vw_check_row *rows, uint32_t count);
 // Returns the columns of the photos that have defects, for people.

@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "check/table.h"
 #include "detect/effects_text.h"
 #include "run/out_folder.h"
 #include "run/outputs/run_outputs.h"
@@ -229,17 +230,12 @@ static void log_field(const struct vw_run *run) {
                 vw_run_expected_steps(run));
 }
 
+static void log_line(const char *line) { vw_log_info("%s", line); }
+
 // Checks the photos of a run that has steps to take, and logs those with defects: it may train for long.
 static enum vw_status look_at_photos(struct vw_run *run) {
-    enum { SHOWN = 8 };
-    uint32_t count = 0;
     enum vw_status status = vw_run_check_photos(run->scene, run->scene_options_json, run->gpu, &run->findings);
-    for (uint32_t v = 0; !status && v < run->scene->view_count; v++) {
-        const struct vw_photo_finding *finding = &run->findings[v];
-        if (!finding->word || count++ >= SHOWN) continue;
-        vw_log_info("look at  %s: %s, %s", run->scene->views[v].name, finding->word, finding->description);
-    }
-    if (count > SHOWN) vw_log_info("         and %u more photos: viewworth check says what is wrong", count - SHOWN);
+    if (!status) vw_photo_findings_tell(run->scene, run->findings, log_line);
     return status;
 }
 

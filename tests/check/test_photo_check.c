@@ -8,6 +8,8 @@
 
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "check/beside.h"
+#include "check/defects.h"
 #include "check/table.h"
 #include "image/pixel.h"
 #include "support/synthetic_scene.h"
@@ -217,13 +219,76 @@ TEST(a_turned_pose_is_found_by_any_number_of_threads) {
 }
 
 // A pixel in 80, at the edge, is 0.0125.
-TEST(a_zoom_is_found) {
+TEST_CASES(a_zoom_is_found, i, 2) {
     AUTO(vw_check_free) struct vw_check check;
     struct vw_scene *scene = make_scene();
-    scene->views[DAMAGED].camera.focal_x_px /= 1.15;
-    scene->views[DAMAGED].camera.focal_y_px /= 1.15;
+    double zoom = i ? 1.15 : 0.9;
+    scene->views[DAMAGED].camera.focal_x_px /= zoom;
+    scene->views[DAMAGED].camera.focal_y_px /= zoom;
     ASSERT_OK(vw_check_scene(scene, &check));
-    assert_near(expect(&check, DAMAGED, VW_DEFECT_ZOOM, 1)->amount, 1.15, 0.0125);
+    assert_near(expect(&check, DAMAGED, VW_DEFECT_ZOOM, 1)->amount, zoom, 0.0125);
+}
+
+// Adds points of the wall at the back; each is tracked by all photos, but the damaged one tracks only the first two.
+static void add_points(struct vw_scene *scene) {
+    enum { COUNT = 60 };
+    uint32_t tracks = 0;
+    scene->points = vw_allocate(COUNT, sizeof *scene->points);
+    scene->tracks = vw_allocate(COUNT * VIEWS, sizeof *scene->tracks);
+    assert_true(scene->points && scene->tracks);
+    for (uint32_t p = 0; p < COUNT; p++) {
+        const double place[3] = {0.1 * (p % 10) - 0.45, 0.1 * (p / 10) - 0.25, -1.2 - 0.3 * (0.1 * (p % 10) - 0.45)};
+        scene->points[p] = (struct vw_point){.first_track = tracks};
+        memcpy(scene->points[p].position_world, place, sizeof place);
+        for (uint32_t v = 0; v < VIEWS; v++) {
+            const struct vw_check_photo photo = {.view = &scene->views[v], .small_per_px = 1};
+            double at_px[2], depth;
+            if (v == DAMAGED && p >= 2) continue;
+            assert_true(vw_check_project(&photo, place, at_px, &depth));
+            scene->tracks[tracks++] = (struct vw_track){v, (float)at_px[0], (float)at_px[1]};
+        }
+        scene->points[p].track_count = tracks - scene->points[p].first_track;
+    }
+    scene->point_count = COUNT, scene->track_count = tracks;
+}
+
+TEST(few_tracks_are_found) {
+    AUTO(vw_check_free) struct vw_check check;
+    struct vw_scene *scene = make_scene();
+    add_points(scene);
+    ASSERT_OK(vw_check_scene(scene, &check));
+    assert_true(expect(&check, DAMAGED, VW_DEFECT_FEW_TRACKS, 1)->amount == 2);
+    assert_near(check.evidence[0].track_px, 0, 1e-3);
+}
+
+// Strong blur leaves little that the pose sees; a sharp photo that shows as little is taken for another one.
+TEST_CASES(strong_blur_is_no_mismatch, sharp, 2) {
+    AUTO(vw_check_free) struct vw_check check;
+    ASSERT_OK(vw_check_scene(make_scene(), &check));
+    check.evidence[DAMAGED].in_place = 0.02;
+    check.evidence[DAMAGED].sharpness = check.evidence[DAMAGED].sharpness_high = sharp ? 1 : 0.2;
+    ASSERT_OK(vw_check_find_defects(&check));
+    (void)expect(&check, DAMAGED, sharp ? VW_DEFECT_MISMATCH : VW_DEFECT_BLUR, 1);
+}
+
+// Photos 0 and 1 are compared only with each other, and 2 and 3: each of these has more than the other, since the
+// points differ.
+TEST(levels_of_few_photos_do_not_run_away) {
+    enum { PHOTOS = 4, POINTS = 10 };
+    static const float more[PHOTOS] = {1, -1, 0.2F, 0.2F};
+    struct vw_beside made[PHOTOS][POINTS], *lists[PHOTOS];
+    uint32_t counts[PHOTOS];
+    struct vw_beside_level levels[PHOTOS][VW_BESIDE_COUNT] = {0};
+    for (uint32_t v = 0; v < PHOTOS; v++) {
+        lists[v] = made[v], counts[v] = POINTS;
+        for (uint32_t i = 0; i < POINTS; i++) {
+            made[v][i] = (struct vw_beside){.other = v ^ 1, .shown = true};
+            for (int m = 0; m < VW_BESIDE_COUNT; m++) made[v][i].differences[m] = more[v];
+        }
+    }
+    ASSERT_OK(vw_beside_solve(lists, counts, PHOTOS, levels));
+    assert_near(levels[0][VW_BESIDE_STOPS].median - levels[1][VW_BESIDE_STOPS].median, 1, 1e-6);
+    for (uint32_t v = 2; v < PHOTOS; v++) assert_in_range(100 + 10 * levels[v][VW_BESIDE_NOISE].median, 98, 102);
 }
 
 TEST(exchanged_photos_are_found) {
@@ -339,7 +404,8 @@ TEST(a_turn_that_exif_tells_has_a_command) {
     assert_null(strstr(vw_defect_describe(&defect, NULL, text), "EXIF"));
     assert_non_null(strstr(vw_defect_remedy(&defect), "mogrify -rotate"));
     defect.detail = 1;
-    assert_non_null(strstr(vw_defect_describe(&defect, NULL, text), "turned by 90 degrees, as its EXIF data says"));
+    assert_non_null(
+        strstr(vw_defect_describe(&defect, NULL, text), "turned by 90 degrees clockwise, as its EXIF data says"));
     assert_non_null(strstr(vw_defect_remedy(&defect), "mogrify -auto-orient"));
 }
 

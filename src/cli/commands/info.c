@@ -2,12 +2,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "check/table.h"
 #include "cli/commands/commands.h"
 #include "cli/output/results.h"
 #include "cli/params.h"
 #include "detect/decide.h"
 #include "experiment/experiment.h"
+#include "run/outputs/run_outputs.h"
 #include "run/session.h"
 #include "viewworth/log.h"
 
@@ -28,10 +28,12 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     struct vw_scene_info info = {0};
     struct vw_scene_params params;
     struct vw_photo_finding *findings = NULL;
+    char *scene_options = NULL;
     enum vw_status status = vw_params_settle(options, options->device, &params, &config);
     if (!status) status = vw_params_open_scene(&params, NULL, options->device, &gpu, &scene); // pixels are evidence
     if (!status && scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
-    if (!status) status = vw_photo_findings_make(scene, &findings);
+    if (!status) status = vw_scene_options_note(scene, &scene_options);
+    if (!status) status = vw_run_check_photos(scene, scene_options, gpu, &findings); // as value does
     if (!status) status = open_device(options, &gpu, &info.estimate);
     if (!status) status = vw_effects_decide_cached(gpu, scene, &config, info.effects, &info.effect_count);
     if (!status) vw_estimate_run(&config, scene, gpu, info.effects, info.effect_count, &info.estimate);
@@ -42,6 +44,7 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     info.findings = findings;
     if (!status) status = vw_scene_info_print(&info, options->json);
     free(findings);
+    free(scene_options);
     vw_scene_close(&scene);
     (void)vw_gpu_close(&gpu);
     return status;

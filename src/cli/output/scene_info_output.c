@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "check/table.h"
 #include "cli/output/print.h"
 #include "cli/output/results.h"
 #include "detect/effects_text.h"
@@ -107,17 +108,7 @@ static void print_exposures(const struct description *description) {
                  scene->split_count[VW_SPLIT_TRAIN]);
 }
 
-// Prints the photos with defects, as check does at greater length.
-static void print_findings(const struct vw_scene_info *info) {
-    enum { SHOWN = 8 };
-    uint32_t count = 0;
-    for (uint32_t v = 0; v < info->scene->view_count; v++) {
-        const struct vw_photo_finding *finding = &info->findings[v];
-        if (!finding->word || count++ >= SHOWN) continue;
-        vw_print("look at  %s: %s, %s\n", info->scene->views[v].name, finding->word, finding->description);
-    }
-    if (count > SHOWN) vw_print("         and %u more photos (viewworth check has all)\n", count - SHOWN);
-}
+static void print_line(const char *line) { vw_print("%s\n", line); }
 
 static void print_estimate(const struct vw_estimate *estimate) {
     vw_print("memory   %.1f MiB on the host for photos, masks and points\n", (double)estimate->host_bytes / 0x1p20);
@@ -192,7 +183,7 @@ static void print_text(const struct description *description) {
                  scene->track_count);
     print_points(description);
     print_exposures(description);
-    print_findings(description->info);
+    vw_photo_findings_tell(description->info->scene, description->info->findings, print_line);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     print_estimate(&description->info->estimate);
     if (!*description->info->estimate.missing) print_prices(description->info);

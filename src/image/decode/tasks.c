@@ -143,6 +143,20 @@ static void take_pixel(const struct vw_oiio_result *file, size_t pixel, struct v
     for (int c = 0; c < 4; c++) vw_pixel_set(image->format, image->pixels, pixel * 4 + (size_t)c, fminf(rgba[c], 1));
 }
 
+// Fills the image from integers, which no conversion would change.
+static void copy_integers(const struct vw_oiio_result *file, size_t pixel_count, struct vw_image *image) {
+    static const uint8_t most[2] = {UINT8_MAX, UINT8_MAX}; // where the file has no such channel
+    size_t bytes = vw_pixel_channel_bytes(image->format), channels = file->header.channels;
+    uint8_t *to = image->pixels;
+    for (size_t i = 0; i < 4 * pixel_count; i++, to += bytes) {
+        int channel = file->rgba_channel[i % 4];
+        const uint8_t *from = channel < 0 ? most : (const uint8_t *)file->data + (i / 4 * channels + channel) * bytes;
+        to[0] = from[0];
+        if (bytes == 2) to[1] = from[1];
+        image->has_alpha |= i % 4 == 3 && (to[0] & to[bytes - 1]) != UINT8_MAX;
+    }
+}
+
 static enum vw_status convert(const struct vw_oiio_result *file, struct vw_image *image) {
     const struct vw_image_header *header = &file->header;
     size_t pixel_count = (size_t)header->width_px * header->height_px;
@@ -152,7 +166,9 @@ static enum vw_status convert(const struct vw_oiio_result *file, struct vw_image
     image->pixels = vw_allocate(pixel_count * 4, vw_pixel_channel_bytes(header->format));
     image->unusable = vw_allocate(pixel_count, 1);
     if (!image->pixels || !image->unusable) return VW_ERROR_MEMORY;
-    for (size_t i = 0; i < pixel_count; i++) take_pixel(file, i, image);
+    if (header->format != VW_PIXEL_FLOAT32 && !file->premultiplied) copy_integers(file, pixel_count, image);
+    else
+        for (size_t i = 0; i < pixel_count; i++) take_pixel(file, i, image);
     if (!image->masked_count) {
         free(image->unusable);
         image->unusable = NULL;

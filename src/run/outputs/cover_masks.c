@@ -28,7 +28,7 @@ struct covering {
 // Returns whether a photo shows what its pose sees, or nobody knows.
 static bool is_in_place(const struct vw_photo_finding *finding) {
     static const enum vw_defect_kind elsewhere[] = {VW_DEFECT_EMPTY, VW_DEFECT_ORIENTATION, VW_DEFECT_SWAPPED,
-                                                    VW_DEFECT_POSE, VW_DEFECT_MISMATCH};
+                                                    VW_DEFECT_POSE,  VW_DEFECT_ZOOM,        VW_DEFECT_MISMATCH};
     for (size_t i = 0; i < VW_ARRAY_COUNT(elsewhere); i++)
         if (finding->word == vw_defect_words[elsewhere[i]]) return false;
     return true;

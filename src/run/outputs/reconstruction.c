@@ -135,8 +135,8 @@ static enum vw_status check_same(const struct vw_scene *trained, const struct vw
                trained->views[v].split == sized->views[v].split;
     return same ? VW_OK
                 : vw_fail(VW_ERROR_INPUT,
-                          "%s: its photos have changed since the training began; restore them, and "
-                          "run the same command with --resume",
+                          "%s: its photos have changed meanwhile; restore them, and run the same command again, with "
+                          "--resume if it has trained",
                           trained->path);
 }
 
@@ -164,8 +164,7 @@ enum vw_status vw_reconstruction_measure(const struct vw_reconstruction_params *
     measuring.made.of_test = params->scene->split_count[VW_SPLIT_TEST] > 0;
     enum vw_split split = measuring.made.of_test ? VW_SPLIT_TEST : VW_SPLIT_VAL;
     enum vw_status status = vw_scene_view_distances(params->scene, split, &measuring.distances, &measuring.count);
-    if (params->sized) measuring.sized = params->sized;
-    else if (!status && measuring.count) status = vw_reconstruction_open_scene(params, &opened);
+    if (!status && measuring.count) status = vw_reconstruction_open_scene(params, &opened);
     if (opened) measuring.sized = opened;
     if (!status) status = measure(&measuring);
     free(measuring.distances);

@@ -13,8 +13,7 @@ struct vw_reconstruction_params {
     const struct vw_scene *scene;
     const char *scene_options_json; // that it was opened with (run/session.h)
     struct vw_gpu *gpu;
-    struct vw_trainer *trainer;   // nothing in flight
-    const struct vw_scene *sized; // the scene at the size that is measured; NULL: it is opened
+    struct vw_trainer *trainer; // nothing in flight
 };
 
 // Whatever size a run trains at, photos are measured at the same one: as their files have them, divided so often that
