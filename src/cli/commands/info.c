@@ -32,7 +32,7 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     enum vw_status status = vw_params_settle(options, options->device, &params, &config);
     if (!status) status = vw_params_open_scene(&params, NULL, options->device, &gpu, &scene); // pixels are evidence
     if (!status && scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
-    if (!status) status = vw_scene_options_note(scene, &scene_options);
+    if (!status && !(scene_options = vw_scene_options_to_json(&params))) status = VW_ERROR_MEMORY;
     if (!status) status = vw_run_check_photos(scene, scene_options, gpu, &findings); // as value does
     if (!status) status = open_device(options, &gpu, &info.estimate);
     if (!status) status = vw_effects_decide_cached(gpu, scene, &config, info.effects, &info.effect_count);
