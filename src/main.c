@@ -21,10 +21,10 @@ static const struct vw_program_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_JSON, vw_command_info},
     {VALUE, "check", "SCENE", "Find what is wrong with photos, in seconds and without training",
      "Compares every photo with what nearby photos say that its pose should show: points of the scene, and places that "
-     "photos show alike. Finds photos that are empty, turned, swapped, off their pose, copies, blurred (also by "
-     "motion), brighter, darker or noisier than others of the same, or partly hidden by something that others do not "
-     "show; and tracks that do not fit their points. Prints each with its measure and what to do. Nothing is trained, "
-     "and no device is needed except for a recipe.\n"
+     "photos show alike. Finds photos that are empty, turned, swapped, off their pose, of another focal length, "
+     "copies, blurred (also by motion), brighter, darker or noisier than others of the same, or partly hidden by "
+     "something that others do not show; and tracks that are few or do not fit their points. Prints each with its "
+     "measure and what to do. Nothing is trained, and no device is needed except for a recipe.\n"
      "Photos of more than 4 megapixels are checked at a smaller size, or at --downscale. --to writes a table (.csv) of "
      "all photos with the evidence: in_place is the share of the points that a photo should show and shows there; "
      "stops, sharpness and noise are relative to photos of the same points. --copy copies the scene, with photos off "

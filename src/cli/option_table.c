@@ -91,8 +91,8 @@ const struct vw_option vw_option_table[] = {
      OPTION(TEXT, to), COMMON},
     {"copy", "DIR",
      "Folder to make for other trainers, beside or instead of --to: the photos that select keeps and those that "
-     "validate and test, or by check all, those off their pose where they were found; with their masks and maps of "
-     "features, a COLMAP model and transforms.json",
+     "validate and test, or by check all, those off their pose where they were found; with their masks (Postshot wants "
+     "them inverted: mogrify -negate) and maps of features, a COLMAP model and transforms.json",
      VW_OPTIONS_SELECT | VW_OPTIONS_CHECK, VW_SECTION_MAIN, OPTION(TEXT, copy), COMMON},
     {"view", "NAME|N",
      "Photo to render, or whose intrinsics --pose and --path take: its name, also without folder and extension, or its "
