@@ -17,6 +17,7 @@ static const struct vw_program_command commands[] = {
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
      "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without. The "
      "command prints the gain with its standard error, and what a step costs more, for a run with these options.\n"
+     "Lists photos with defects, as value does first. "
      "Also estimates, by a few steps on the device, what the commands that train take at every accuracy level.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_JSON, vw_command_info},
     {VALUE, "check", "SCENE", "Find what is wrong with photos, in seconds and without training",

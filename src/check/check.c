@@ -164,7 +164,7 @@ static enum vw_status begin(const struct vw_scene *scene, struct checking *check
     if (!check->evidence || !checking->beside || !checking->beside_counts) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_photo_evidence *evidence = &check->evidence[v];
-        memset(evidence, 0xFF, sizeof *evidence); // NaN, and no other photo
+        memset(evidence, 0xFF, sizeof *evidence); // NaN, no other photo, and padding that compares equal
         evidence->expected_count = evidence->tracks = 0;
         evidence->turned_over_deg = 0;
         evidence->orientation = vw_view_orientation(scene, v);

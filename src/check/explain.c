@@ -326,7 +326,8 @@ static enum vw_status find_changes(const struct vw_check_photos *photos, uint32_
 
 static double least_of(const struct vw_photo_evidence *evidence) { return fmax(BETTER * evidence->in_place, GOOD); }
 
-// Keeps the explanation by which the photo shows most in place, and makes the view that it says.
+// Keeps the explanation by which the photo shows most in place, of those by which it shows enough, and makes the view
+// that it says.
 static void choose(const struct vw_check_photos *photos, struct vw_photo_evidence *evidence, struct vw_view *seen) {
     double least = least_of(evidence), least_of_photo = fmin(least, fmax(BETTER_OF_HALF * evidence->in_place, HALF));
     bool turned_over = evidence->turned_over_in_place >= least;

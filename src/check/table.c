@@ -79,6 +79,7 @@ void vw_photo_findings_tell(const struct vw_scene *scene, const struct vw_photo_
         if (!findings[v].word || count++ >= SHOWN) continue;
         snprintf(line, sizeof line, "look at  %.200s: %s, %s", scene->views[v].name, findings[v].word,
                  findings[v].description);
+        vw_text_make_line(line); // a name may have been cut within a character
         tell(line);
     }
     if (count <= SHOWN) return;

@@ -166,6 +166,16 @@ FOLDER_TEST(sixteen_bits_are_kept) {
     struct vw_image *image = load(write_tiff(*state, "a.tif", &tiff), 1);
     assert_int_equal(image->format, VW_PIXEL_UINT16);
     assert_memory_equal(image->pixels, pixels, sizeof pixels); // bit for bit
+    assert_true(image->has_alpha);
+}
+
+FOLDER_TEST(an_alpha_of_sixteen_bits_is_opaque_at_its_most) {
+    static const uint16_t alphas[] = {0x00FF, 0xFF00, 0xFFFF};
+    for (int i = 0; i < 3; i++) {
+        const uint16_t pixel[4] = {1, 2, 3, alphas[i]};
+        const struct tiff tiff = {1, 1, 4, 16, false, ALPHA_STRAIGHT, .pixels = pixel};
+        assert_true(load(write_tiff(*state, "a.tif", &tiff), 1)->has_alpha == (i < 2));
+    }
 }
 
 TEST(luminance_weighs_channels_over_the_background) {

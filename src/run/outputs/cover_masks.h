@@ -10,7 +10,7 @@ enum { VW_COVER_HEIGHT_PX = 160, VW_COVER_HEIGHT_LEAST_PX = 48 };
 // The rays that renders may take however short a run is: about a second on two cores.
 #define VW_COVER_RAYS_LEAST (1 << 18)
 // The share of a photo below which what covers it is not told.
-#define VW_COVER_SHARE_LEAST 0.02
+#define VW_COVER_SHARE_LEAST 0.05
 
 // All borrowed for the call.
 struct vw_cover_params {
