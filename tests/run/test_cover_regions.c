@@ -188,3 +188,21 @@ TEST(a_gain_and_a_bias_are_fitted_without_what_covers) {
     }
     free(pane.errors);
 }
+
+// Most is white in both, but for grains of the render; the object before it is shown nearly. White alone tells
+// another gain.
+TEST(a_plain_ground_does_not_tell_the_gain) {
+    static float photo[3 * PIXELS], render[3 * PIXELS];
+    static uint8_t counts[PIXELS];
+    struct vw_panes panes = {{WIDTH_PX, HEIGHT_PX}, photo, render, counts};
+    struct vw_cover_pane pane = {0};
+    for (uint32_t i = 0; i < 3 * PIXELS; i++) {
+        bool is_object = is_within(&block, i / 3 % WIDTH_PX, i / 3 / WIDTH_PX);
+        render[i] = (float)(is_object ? 0.4 + 0.2 * sin(0.7 * i) : 0.999 + 0.001 * sin(1.3 * i));
+        photo[i] = is_object ? render[i] + 0.03F : 0.5F + render[i] / 2;
+        counts[i / 3] = 1;
+    }
+    ASSERT_OK(vw_cover_make_errors(&panes, &pane));
+    for (uint32_t i = 0; i < PIXELS; i++) assert_true(pane.errors[i] < 0.05);
+    free(pane.errors);
+}

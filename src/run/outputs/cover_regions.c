@@ -15,7 +15,8 @@ static const double SEEDS_LEAST = 0.25;   // share of a region
 static const double REGION_LEAST = 0.005; // share of a photo
 static const double SHARED = 1.5;         // times the error that nearby photos share
 static const double DEPTH_APART = 0.1;    // relative; a place farther beyond what a photo sees is hidden from it
-static const double FIT_MEDIANS = 3;      // errors beyond so many medians do not take part in the fit
+static const double FIT_MEDIANS = 3;      // errors beyond these and SEED_LEAST (plain grounds have none) are not fitted
+static const double GAIN_MOST = 4;        // a fit of more, or less than its inverse, tells nothing
 enum { SMOOTH_PX = 2, FITS = 4, NEIGHBOURS = 6, SHARING_LEAST = 2 };
 
 static size_t pixels_of(const struct vw_cover_pane *pane) {
@@ -61,8 +62,11 @@ static void compare(const struct vw_panes *panes, float *errors, double *scratch
     double gain[3] = {1, 1, 1}, bias[3] = {0};
     set_errors(panes, gain, bias, errors);
     for (int i = 0; i < FITS; i++) {
-        double most = FIT_MEDIANS * median_of(errors, (size_t)panes->size_px[0] * panes->size_px[1], scratch);
-        for (uint32_t c = 0; c < 3; c++) vw_panes_fit(panes, c, errors, most, &gain[c], &bias[c]);
+        double median = median_of(errors, (size_t)panes->size_px[0] * panes->size_px[1], scratch);
+        for (uint32_t c = 0; c < 3; c++) {
+            vw_panes_fit(panes, c, errors, fmax(FIT_MEDIANS * median, SEED_LEAST), &gain[c], &bias[c]);
+            if (!(gain[c] >= 1 / GAIN_MOST && gain[c] <= GAIN_MOST)) gain[c] = 1, bias[c] = 0;
+        }
         set_errors(panes, gain, bias, errors);
     }
     smooth(errors, panes->size_px[0], panes->size_px[1], smoothed);
