@@ -30,8 +30,8 @@ check "so ranks are told, with quality and ground truth" test "$(grep -cE ' % +r
     "$folder/run.txt")" = 6
 check "what covers photos is found in them alone" test "$(sqlite3 :memory: ".import --csv $folder/run/advice.csv a" "ATTACH
     '$folder/run/ledger.db' AS run; SELECT group_concat(found, ' ') FROM (SELECT DISTINCT
-    (CAST(covered_share AS REAL) > 0.02) || ground_truth AS found
-    FROM a JOIN run.image USING (name) WHERE ground_truth = 'occluder' OR CAST(covered_share AS REAL) > 0.02)")" = 1occluder
+    (CAST(covered_share AS REAL) >= 0.05) || ground_truth AS found
+    FROM a JOIN run.image USING (name) WHERE ground_truth = 'occluder' OR CAST(covered_share AS REAL) >= 0.05)")" = 1occluder
 check "a fault is planted" plant_fault
 check "the canary finds it" within 0 0.8 "$(auc "$folder/fault")"
 conclude "$@"
