@@ -415,6 +415,16 @@ TEST(a_turn_that_exif_tells_has_a_command) {
     assert_non_null(strstr(vw_defect_remedy(&defect), "mogrify -auto-orient"));
 }
 
+// Orientation 6 is shown upright by a quarter clockwise.
+TEST_CASES(exif_tells_the_turn_that_it_names, orientation, 9) {
+    AUTO(vw_check_free) struct vw_check check;
+    ASSERT_OK(vw_check_scene(make_scene(), &check));
+    check.evidence[DAMAGED].orientation = (uint32_t)orientation;
+    check.evidence[DAMAGED].turned_over_deg = 90;
+    ASSERT_OK(vw_check_find_defects(&check));
+    assert_true(expect(&check, DAMAGED, VW_DEFECT_ORIENTATION, 1)->detail == (orientation == 6));
+}
+
 enum { PIECES = 300, FAILING = 31 };
 static atomic_uint calls[PIECES];
 

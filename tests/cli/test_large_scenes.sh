@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Scenes whose pixels do not fit --memory: the same result from a file that leaves nothing behind; a photo that cannot be decoded
-# ends a run before its first step, and of two trainings only its own. Takes the program's path.
+# ends a run before its first step, a resumed one's ledger stands, and of two trainings only its own ends. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 export XDG_CACHE_HOME=$folder/cache
@@ -52,10 +52,13 @@ kill -9 "$killed"
 wait "$killed" 2>/dev/null
 check "nothing is left after kill -9" cache_is_clean
 
+check "a run while all is well" run value resumed --quiet
 # Twelve bytes short: a header that is fine, and pixels that are not.
 head -c -12 "$folder/scene/33.ppm" >"$folder/short" && mv "$folder/short" "$folder/scene/33.ppm"
 check "a photo that cannot be decoded" fails 1 '33.ppm: cannot decode the image' value broken --memory 10kB --quiet
 check "it is seen before anything is recorded" test ! -e "$folder/broken/ledger.db"
+check "a run that would go on ends" fails 2 'or one that has changed since' value resumed --quiet --resume --epochs 4
+check "its ledger stands" run "$program" verify "$folder/resumed"
 
 # Of two lists that are trained on at the same time, the one without that photo is finished and kept.
 printf '%s.ppm\n' 33 34 35 >"$folder/broken.list"
