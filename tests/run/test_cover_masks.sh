@@ -17,15 +17,12 @@ write_photo() { # write_photo K FILE
 scene=$folder/wall
 mkdir -p "$scene/images"
 for k in {0..15}; do write_photo "$k" "$scene/images/$k.ppm"; done
-{
-    printf '{"fl_x": 100, "fl_y": 100, "cx": 64, "cy": 48, "w": 128, "h": 96, "frames": ['
-    for k in {0..15}; do
-        [[ $k -eq 0 ]] || printf ', '
-        printf '{"file_path": "images/%d.ppm", "transform_matrix": [[1,0,0,%s],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}' "$k" \
-            "$(awk -v k="$k" 'BEGIN {print 0.2 * (k - 8)}')"
-    done
-    printf ']}'
-} >"$scene/transforms.json"
+awk 'BEGIN {
+    printf "{\"fl_x\": 100, \"fl_y\": 100, \"cx\": 64, \"cy\": 48, \"w\": 128, \"h\": 96, \"frames\": ["
+    for (k = 0; k < 16; k++)
+        printf "%s{\"file_path\": \"images/%d.ppm\", \"transform_matrix\": [[1,0,0,%s],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}",
+            k ? ", " : "", k, 0.2 * (k - 8)
+    print "]}" }' >"$scene/transforms.json"
 
 value() { "$program" value "$scene" --effects none --accuracy draft --quiet "$@" >"$folder/text" 2>/dev/null; }
 masks() { (cd "$1/masks" 2>/dev/null && find . -type f) | sort; }
@@ -69,4 +66,6 @@ check "  at the size of the file" test "$(pixel "$folder/half/masks/5.ppm.png" 6
     '0 255'
 check "training with it" value --out "$folder/again" --masks "$folder/run/masks" --splits "$folder/run/splits.json"
 check "  finds nothing more, and hands the mask on" test "$(masks "$folder/again") $(grep -c '^masks' "$folder/text")" = "./5.ppm.png 0"
+echo 5.ppm >"$folder/val"
+check "a photo that was not trained on gets none" eval 'value --out "$folder/no" --val "$folder/val" && test -z "$(masks "$folder/no")"'
 conclude "$@"

@@ -54,8 +54,9 @@ static enum vw_status make_pane(const struct covering *covering, uint32_t v, str
     return status;
 }
 
+// Leaves out photos that the field was not trained on: it does not show there what no photo told it.
 static bool takes_part(const struct vw_scene *scene, uint32_t v) {
-    return scene->views[v].split != VW_SPLIT_EXCLUDED && scene->views[v].image.height_px >= VW_COVER_HEIGHT_LEAST_PX;
+    return scene->views[v].split == VW_SPLIT_TRAIN && scene->views[v].image.height_px >= VW_COVER_HEIGHT_LEAST_PX;
 }
 
 static enum vw_status make_panes(struct covering *covering, const struct vw_photo_finding *findings) {
@@ -68,8 +69,7 @@ static enum vw_status make_panes(struct covering *covering, const struct vw_phot
     for (uint32_t v = 0; v < scene->view_count && !status; v++) {
         if (!takes_part(scene, v) || !is_in_place(&findings[v])) continue;
         status = make_pane(covering, v, &panes->list[v]);
-        bool copied = findings[v].word == vw_defect_words[VW_DEFECT_COPY];
-        panes->list[v].tells = scene->views[v].split == VW_SPLIT_TRAIN && !copied;
+        panes->list[v].tells = findings[v].word != vw_defect_words[VW_DEFECT_COPY];
     }
     return status ? status : vw_cover_settle(panes);
 }

@@ -19,11 +19,12 @@ struct vw_cover_params {
     const char *out;
 };
 
-// Writes OUT/masks/NAME.png (vw_mask_name()) for each photo of files of which a share of at least VW_COVER_SHARE_LEAST
-// is covered, at the size of its file: black hides, white keeps, as in COLMAP and nerfstudio. What the mask hides that
-// it was trained with is black, too, and photos whose masks were given by --masks keep them. A mask that would keep
-// less than a quarter is not written. Sets vw_photo_finding.covered, and the defect where none was found; counts the
-// masks of covered photos. Photos whose pixels are not those of their pose are left out. VW_ERROR_MEMORY, VW_ERROR_IO.
+// Writes OUT/masks/NAME.png (vw_mask_name()) for each photo of files that was trained on and of which a share of at
+// least VW_COVER_SHARE_LEAST is covered, at the size of its file: black hides, white keeps, as in COLMAP and
+// nerfstudio. What the mask hides that it was trained with is black, too; photos whose masks were given by --masks keep
+// them. A mask that would keep less than a quarter is not written. Sets vw_photo_finding.covered, and the defect where
+// none was found; counts masks of covered photos. Leaves out photos that show something else. VW_ERROR_MEMORY,
+// VW_ERROR_IO.
 enum vw_status vw_cover_masks_make(const struct vw_cover_params *params, struct vw_photo_finding *findings,
                                    uint32_t *mask_count);
 

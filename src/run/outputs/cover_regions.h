@@ -2,8 +2,7 @@
 // covers the scene there. Of panes alone, without scene, field or files. Internal to src/run/outputs.
 //
 // A pixel of a pane is covered if its error is far above the median of all panes, and above the errors of at least two
-// nearby panes at the place that it should show (by the depth that the field has there); so are pixels of half that
-// error around it.
+// nearby panes at the place that it should show (by the field's depth); so are pixels of half that error around it.
 #ifndef VIEWWORTH_RUN_OUTPUTS_COVER_REGIONS_H
 #define VIEWWORTH_RUN_OUTPUTS_COVER_REGIONS_H
 
