@@ -14,7 +14,7 @@ chmod 777 "$folder"
 # become_nobody: from here on cases run without root's right to read and write everything; fails where that cannot be done.
 become_nobody() {
     [[ $EUID -ne 0 ]] && return
-    as_nobody=(setpriv --reuid=65534 --regid=65534 --clear-groups)
+    as_nobody=(setpriv --reuid=65534 --regid=65534 --clear-groups env MESA_SHADER_CACHE_DISABLE=true)
     "${as_nobody[@]}" "$program" --version >"$folder/stdout" 2>&1 && return
     as_nobody=()
     return 1

@@ -7,8 +7,9 @@
 
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
     struct reference_params *reference = test_allocate(1, sizeof *reference);
-    reference->grid = test_allocate(2 * (size_t)vw_volume_of(model)->pair_count, sizeof *reference->grid);
-    for (size_t i = 0; i < 2 * (size_t)vw_volume_of(model)->pair_count; i++) reference->grid[i] = params[i];
+    size_t features = model->config->field == VW_FIELD_SPLATS ? 0 : 2 * (size_t)vw_volume_of(model)->pair_count;
+    reference->grid = test_allocate(features, sizeof *reference->grid);
+    for (size_t i = 0; i < features; i++) reference->grid[i] = params[i];
     reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params,
                                   &reference->weights);
     reference_sky_read(model, params, reference->sky);
